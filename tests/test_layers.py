@@ -102,13 +102,13 @@ ROWS = {
         "serve",
     ],
     "twolink.simulation": [
-        "hybrid.mode pool series",
+        "hybrid.mode pool series shortened",
         "run",
         "formats smooth",
         "storage",
         "hybrid log",
         "forces motion options views",
-        "work",
+        "seeing work",
         "trajectory",
         "effects_cost simulate",
     ],
@@ -179,7 +179,7 @@ ROWS = {
     ],
     "twolink.accuracy": [
         "certain divergence dual error_growth frames interval method_configurations multiprecision "
-        "peak reference_trajectory series step_maps",
+        "peak precise_steps reference_trajectory series step_maps",
         "across_events defect_bound engine_configurations long_runs reference roundoff_floor",
         "drift gap_bound work_precision",
         "enclosed_impact",

@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.accuracy.test_study import END
+from tests.simulation.smooth.pulses import Detent, Kink
 from tests.simulation.smooth.test_taylor import KINKED
 from twolink.accuracy.multiprecision import precise_motion
 from twolink.accuracy.reference import MOST_DIGITS_WITH_EVENTS, reference
@@ -34,9 +35,11 @@ from twolink.effects import (
 from twolink.errors import ParameterError, SimulationError, TwolinkError
 from twolink.scene import Scene
 from twolink.simulation import simulate
+from twolink.simulation.motion import motion_run
 
 SCENES = data_path("scenes")
 GENERAL = Scene.load(SCENES / "general.toml")
+FAR = Surface((0.0, 5.0), (0.0, -1.0))
 FILES = sorted(data_path("references").glob("*.json"))
 
 
@@ -245,6 +248,30 @@ def test_a_load_that_is_not_smooth_is_one_sentence():
     motion = precise_motion(KINKED, "lagrange", 20)
     with pytest.raises(SimulationError, match=words):
         motion.step(motion.longest_step)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("others", [(), (FAR,)], ids=["smooth", "with a surface"])
+def test_a_pulse_that_both_runs_would_pass_is_seen(others):
+    """They agreed on 20 digits, of which none was right."""
+    pulse = Detent(2000.0, 0.9, 1e-3)
+    scene = Scene(Chain.uniform_bars(), (0.3, 0.2), (0.0, 0.0), 1.0, (Gravity(), pulse, *others))
+    found = reference(scene, 20)
+    times = np.array([0.0, 1.0])
+    exact = motion_run(scene, times, formulation="kane", precision="quadruple", longest_step=2e-4)
+    for value, digits in zip((*exact.q[:, -1], *exact.u[:, -1]), found.states[0], strict=True):
+        assert abs(Decimal(str(value)) - Decimal(digits)) < Decimal("1e-19")
+    assert found.digits == (20,)
+
+
+@pytest.mark.parametrize("others", [(), (FAR,)], ids=["smooth", "with a surface"])
+def test_changes_that_no_steps_see_are_one_sentence(monkeypatch, others):
+    monkeypatch.setattr("twolink.simulation.seeing.MOST_STEPS_TO_SEE", 500)
+    monkeypatch.setattr("twolink.accuracy.reference.MOST_STEPS_TO_SEE", 500)
+    effects = Gravity(), Kink(0.1, 0.4, 0.0), *others
+    kinked = Scene(Chain.uniform_bars(), (0.3, 1.5), (0.0, 0.0), 0.5, effects)
+    with pytest.raises(SimulationError, match="an effect that changes so fast must declare its"):
+        reference(kinked, 20)
 
 
 def test_all_scenes_are_read_before_any_is_computed(tmp_path):

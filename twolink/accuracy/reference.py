@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from twolink.accuracy.multiprecision import precise_motion
+from twolink.accuracy.precise_steps import PreciseSteps
 from twolink.effects import discontinuities
 from twolink.environment import package_versions
 from twolink.errors import SimulationError
@@ -25,7 +26,10 @@ from twolink.interruptible import side_by_side
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
-from twolink.simulation.motion import check_run, has_modes, motion_run
+from twolink.simulation.motion import check_run, has_modes
+from twolink.simulation.seeing import seeing_run, seen
+from twolink.simulation.shortened import MOST_STEPS_TO_SEE, Looked, shortened_run
+from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.text import distinct
 
 # Motions with events use 113 bits, which have 34 digits; some are lost during the run.
@@ -227,7 +231,31 @@ def _precise(
     digits: int,
     report: Callable[[float], None],
 ) -> _Run:
-    """Return a run by Taylor series in multiple precision, with `digits` digits in each step."""
+    """Return a run by Taylor series in multiple precision, with `digits` digits in each step.
+
+    None of its steps passes a change of the loads.
+    """
+
+    def made(longest: float) -> Looked:
+        looked = PreciseSteps(scene, equations)
+        run = _precise_once(scene, grid, equations, digits, longest, looked, report)
+        return Looked(run, looked.longest_that_sees())
+
+    longest, shortest = default_longest_step(scene), scene.duration / MOST_STEPS_TO_SEE
+    found: _Run = seen(lambda: shortened_run(longest, shortest, made))
+    return found
+
+
+def _precise_once(
+    scene: Scene,
+    grid: tuple[float, ...],
+    equations: EquationsName,
+    digits: int,
+    longest: float,
+    looked: PreciseSteps,
+    report: Callable[[float], None],
+) -> _Run:
+    """Return a run whose steps are no longer than a time (s), and look at all of them."""
     motion = precise_motion(scene, equations, digits)
     integrator, steps = motion.integrator, 0
     reached, states = integrator.time, []
@@ -235,13 +263,15 @@ def _precise(
     def each_step(stepped: Any) -> bool:
         nonlocal reached
         reached = stepped.time
+        looked.add(stepped)
         report(float(stepped.time) / (grid[-1] or 1.0))
         return True
 
     for time in grid:
         outcome, _, _, taken, *_ = integrator.propagate_until(
-            motion.number(time), max_delta_t=motion.longest_step, callback=each_step
-        )
+            motion.number(time), max_delta_t=motion.number(longest), callback=each_step,
+            write_tc=looked.are_looked_at,
+        )  # fmt: skip
         check_outcome(outcome, reached)
         steps += taken
         states.append(_decimals(motion.speeds()))
@@ -257,7 +287,7 @@ def _by_events(
     """Return two runs in 113 bits with different orders and formulations."""
 
     def followed(equations: EquationsName, order: int, advance: Callable[[float], None]) -> _Run:
-        run = motion_run(
+        run = seeing_run(
             scene,
             np.array(grid),
             formulation=equations,

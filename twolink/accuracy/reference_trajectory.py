@@ -10,7 +10,8 @@ import numpy as np
 from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
-from twolink.simulation.motion import has_modes, motion_run
+from twolink.simulation.motion import has_modes
+from twolink.simulation.seeing import seeing_run
 
 # Growing errors are largest at the end, and between two steps most methods have only an
 # interpolant of lower order than their own. A smooth motion is therefore compared at its end.
@@ -44,9 +45,10 @@ def reference_trajectory(
     """Return a scene's motion in quadruple precision (113 bits), by Kane's equations.
 
     Configurations in quadruple precision use other equations, so that each comparison is
-    independent. Raises `TooMuchError` if the run would exceed the `limits`.
+    independent. Raises `TooMuchError` if the run would exceed the `limits`, and
+    `IntegrationError` if its steps pass a change of the loads.
     """
-    run = motion_run(scene, times, formulation="kane", precision="quadruple", limits=limits)
+    run = seeing_run(scene, times, formulation="kane", precision="quadruple", limits=limits)
     return ReferenceTrajectory(
         times, run.q, run.u, run.events, run.log, "113-bit Taylor series, order 41"
     )

@@ -12,7 +12,7 @@ from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
-from twolink.simulation.smooth.taylor import taylor_run
+from twolink.simulation.smooth.taylor import Observer, taylor_run
 
 
 def check_run(scene: Any, progress: Any, limits: Any) -> None:
@@ -41,6 +41,7 @@ def motion_run(
     order: int | None = None,
     longest_step: float | None = None,
     evaluated_in: PrecisionName | None = None,
+    observe: Observer | None = None,
     progress: Callable[[float], None] | None = None,
     limits: Limits = DEFAULT_LIMITS,
 ) -> MotionRun:
@@ -49,6 +50,7 @@ def motion_run(
     A smooth motion is corrected by the defects of its steps if these are to be `evaluated_in` a
     precision.
 
+    `observe` receives the steps of a smooth motion that is not corrected.
     Modes are formulated in speeds: Lagrange's equations replace those in momenta. Raises
     `TooMuchError` if the run would exceed the `limits`.
     """
@@ -68,7 +70,7 @@ def motion_run(
         from twolink.simulation.smooth.corrected import corrected_taylor_run
 
         return corrected_taylor_run(scene, times, evaluated_in=evaluated_in, **options)
-    return taylor_run(scene, times, **options)
+    return taylor_run(scene, times, observe=observe, **options)
 
 
 def _named(scene: Scene, precision: PrecisionName) -> str:

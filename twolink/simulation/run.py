@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,14 +23,6 @@ Array = NDArray[np.float64]
 
 ENDS_EARLY = "the run that measures it ends early"
 """Why the error of a run is unknown from a time on, if nothing else is said."""
-
-
-def unseen_change(length: float) -> str:
-    """Return why an error is unknown where steps of a length (s) passed a change of the loads."""
-    return (
-        f"steps of {length:.2g} s pass a change of the loads; an effect that changes so fast must "
-        "declare its shortest_time"
-    )
 
 
 @dataclass(frozen=True)
@@ -96,6 +89,14 @@ class MotionRun(ABC):
     def notes(self) -> tuple[str, ...]:
         """Sentences that qualify the result."""
         return ()
+
+    @property
+    def longest_that_sees(self) -> float:
+        """The longest step (s) that would see a change of the loads which one of its steps passed.
+
+        It is infinite if none did, or if the steps were not looked at.
+        """
+        return math.inf
 
     @property
     def recipe(self) -> Recipe:

@@ -78,6 +78,18 @@ def test_a_pulse_in_an_angle_of_a_small_chain_is_seen(accuracy):
     assert_measured(scene, accuracy, times, exact)
 
 
+def test_steps_on_a_steep_load_have_the_residuals_of_their_series():
+    """A load of 2000 N m in 1e-3 rad: round-off of the angle counts in the rates."""
+    steep = acting(Gravity(), Detent(2000.0, 0.9, 1e-3), q=(0.3, 0.2))
+    for formulation in ("momenta", "lagrange"):
+        residuals = Residuals(steep, formulation)
+        taylor_run(
+            steep, SHORT, formulation=formulation, precision="quadruple", order=35,
+            longest_step=1e-3, observe=residuals,
+        )  # fmt: skip
+        assert residuals.longest_step == np.inf
+
+
 def test_loads_of_unknown_size_do_not_shorten_steps():
     """The slope of 1/exp(x) overflows where x is below −340."""
     logistic = acting(Gravity(), Logistic(400.0, 1.5), q=(0.3, 1.5))

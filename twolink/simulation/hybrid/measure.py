@@ -34,20 +34,22 @@ from twolink.simulation.hybrid.judged import JudgedRun, best_of, work_of
 from twolink.simulation.hybrid.kind import Target
 from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND
-from twolink.simulation.run import ENDS_EARLY, unseen_change
+from twolink.simulation.run import ENDS_EARLY
+from twolink.simulation.shortened import (
+    MOST_STEPS_TO_SEE,
+    Looked,
+    UnseenError,
+    shortened_run,
+    unseen_change,
+)
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.longest_step import default_longest_step
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], Callable[[float], None] | None]
 
 # Steps above which orders below the best one lose accuracy.
 _MANY_STEPS_OF_A_LOW_ORDER = 3000
-
-# Steps over a motion that are short enough to see a change of the loads, if any are.
-_MOST_STEPS_TO_SEE = 5000
-
-# The factor by which steps are shortened to see it.
-_SHORTER_TO_SEE = 4
 
 # Memory of a run, its polynomials, and the measuring run with numbers twice as long.
 _RUNS_AT_ONCE = 4
@@ -225,7 +227,11 @@ class _Runs:
     limits: Limits
     ahead: Ahead = field(default_factory=Ahead)
     known: dict[_Key, HybridRun] = field(default_factory=dict)
-    longest_step: float | None = None
+    longest_step: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin with the longest step of the scene."""
+        self.longest_step = default_longest_step(self.scene)
 
     @property
     def work(self) -> int:
@@ -351,13 +357,18 @@ class _Runs:
 
         It calls `go_on` now and then. Where no steps see the change, the last run is returned.
         """
-        shortest = self.scene.duration / _MOST_STEPS_TO_SEE
-        while True:
-            run = self._run_once(key, until, go_on)
-            if run.unseen is None or run.longest_step < shortest:
-                return run
-            # Steps on pressed surfaces may be longer than the longest step.
-            self.longest_step = min(run.unseen.length, run.longest_step) / _SHORTER_TO_SEE
+
+        def made(longest: float) -> Looked:
+            self.longest_step = longest
+            found = self._run_once(key, until, go_on)
+            return Looked(found, found.longest_that_sees)
+
+        run: HybridRun
+        try:
+            run = shortened_run(self.longest_step, self.scene.duration / MOST_STEPS_TO_SEE, made)
+        except UnseenError as error:
+            run = error.run
+        return run
 
     def _run_once(self, key: _Key, until: float, go_on: Callable[[], None]) -> HybridRun:
         precision, order, by = key

@@ -28,7 +28,7 @@ from twolink.simulation.hybrid.history import History
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
 from twolink.simulation.hybrid.mode import Doubt, Event, Impact, sentences
-from twolink.simulation.hybrid.unseen import Unseen
+from twolink.simulation.hybrid.unseen import SHORTER_TO_SEE, Unseen
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import default_longest_step
@@ -61,6 +61,16 @@ class HybridRun(MotionRun):
     work: float = 0.0
     unseen: Unseen | None = None
     undecided: tuple[Doubt, ...] = ()
+
+    @property
+    def longest_that_sees(self) -> float:
+        """The longest step (s) that would see a change of the loads; infinite if none was passed.
+
+        Steps on pressed surfaces may be longer than the longest step.
+        """
+        if self.unseen is None:
+            return math.inf
+        return SHORTER_TO_SEE * min(self.unseen.length, self.longest_step)
 
     @property
     def arithmetic(self) -> Operations:

@@ -20,9 +20,11 @@ from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE, CHANGED_STATE, LEAST_RESIDUAL
 from twolink.simulation.run import Array
-from twolink.simulation.series import powers
-from twolink.simulation.smooth.linear import shortened
+from twolink.simulation.smooth.linear import scaled, shortened
 from twolink.simulation.smooth.residuals import NODES, ROUNDINGS, at_places, of_converged
+
+SHORTER_TO_SEE = 1 / 4
+"""The factor by which steps are shortened to see a change."""
 
 
 class Unseen(NamedTuple):
@@ -81,22 +83,21 @@ class _Steps(NamedTuple):
     @classmethod
     def of(cls, arc: Arc, block: Block) -> _Steps:
         """Return steps of an arc, whose variable may not be time."""
-        coefficients = shortened(block.coefficients, np.float64)
+        polynomials = scaled(block.coefficients, block.lengths)
         starts, lengths = (shortened(each, np.float64) for each in (block.starts, block.lengths))
-        scaled = coefficients * powers(lengths, coefficients.shape[2])[:, None]
-        values, slopes = at_places(scaled)
+        values, slopes = at_places(polynomials)
         times, pace = starts[:, None] + lengths[:, None] * NODES, lengths[:, None]
         ends = np.array([starts, starts + lengths])
         compiled, begins = arc.compiled, float(arc.start.t)
         if compiled.clock is not None:
-            clock = scaled[:, compiled.clock]
+            clock = polynomials[:, compiled.clock]
             times, pace = begins + values[compiled.clock], slopes[compiled.clock]
             ends = begins + np.array([clock[:, 0], clock.sum(axis=1)])
         first = 4 + len(compiled.gaps) + len(compiled.recovering)
         roots = {index: values[place] for place, index in enumerate(compiled.roots, first)}
-        sizes = np.maximum(1.0, np.abs(scaled[:, :4]).max(axis=(1, 2)))
+        sizes = np.maximum(1.0, np.abs(polynomials[:, :4]).max(axis=(1, 2)))
         states = _States((values[0], values[1]), (values[2], values[3]), times, roots)
-        return cls(states, ends, pace, slopes[2:4], sizes, scaled.shape[2] - 1)
+        return cls(states, ends, pace, slopes[2:4], sizes, polynomials.shape[2] - 1)
 
 
 def _passed(system: HybridSystem, mode: Mode, steps: _Steps) -> Array:

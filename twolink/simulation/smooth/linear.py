@@ -43,9 +43,16 @@ class Linear(NamedTuple):
 
 def scaled_polynomials(steps: Steps) -> Array:
     """Return the polynomials of steps for the share of the step, in float64: (n, 4, p + 1)."""
-    coefficients = shortened(steps.coefficients, np.float64)
-    lengths = shortened(steps.lengths, np.float64)
-    return np.asarray(coefficients * powers(lengths, coefficients.shape[2])[:, None])
+    return scaled(steps.coefficients, steps.lengths)
+
+
+def scaled(coefficients: Any, lengths: Any) -> Array:
+    """Return polynomials of time, shape (n, m, p + 1), for the share of a step, in float64.
+
+    Coefficients of a long precision alone may be beyond the range of float64.
+    """
+    own = coefficients * powers(lengths, coefficients.shape[2])[:, None]
+    return np.asarray(shortened(own, np.float64))
 
 
 def linearized(derivatives: Jacobians, steps: Steps, polynomials: Array) -> Linear:

@@ -37,7 +37,8 @@ import numpy as np
 from twolink.integration.precisions import PRECISIONS, PrecisionName, longer_than
 from twolink.names import EquationsName
 from twolink.scene import Scene
-from twolink.simulation.run import Array, MotionRun, unseen_change
+from twolink.simulation.run import Array, MotionRun
+from twolink.simulation.shortened import UnseenError
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
@@ -55,7 +56,7 @@ from twolink.simulation.smooth.round_off import (
     rounding,
     sums,
 )
-from twolink.simulation.smooth.runs import Runs, UnseenError
+from twolink.simulation.smooth.runs import Runs
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import TaylorRun
 
@@ -123,7 +124,7 @@ def measured_run(
             if found.worst <= accuracy:
                 break
     except UnseenError as error:
-        found = search.unseen(error.run)
+        found = search.unseen(error)
     in_runs = sum(run.compile_seconds for run in found.runs)
     return replace(found, compile_seconds=search.compile_seconds + in_runs)
 
@@ -252,11 +253,10 @@ class _Search:
         known = np.nan_to_num(errors, nan=math.inf, posinf=math.inf)
         return Measured(kept, known + rounding(kept), tuple(self.runs.made))
 
-    def unseen(self, run: TaylorRun) -> Measured:
+    def unseen(self, error: UnseenError) -> Measured:
         """Return a run whose steps pass a change of the loads: its error is unknown."""
-        why = unseen_change(self.runs.longest_step)
         unknown = np.full(len(self.runs.times), math.inf)
-        return Measured(run, unknown, tuple(self.runs.made), why_unknown=why)
+        return Measured(error.run, unknown, tuple(self.runs.made), why_unknown=str(error))
 
     def _is_vain(self, precision: PrecisionName, noise: float) -> bool:
         """Return whether round-off (rad, rad/s) exceeds the accuracy at every order."""

@@ -37,6 +37,9 @@ _TERMS = 100.0
 # The part of a step that passed a change for which the run is repeated.
 _SHORTER = 1 / 4
 
+# The factor on a state by which its roundings change the rates: a load may be steep.
+_CHANGED = 1 + 2.0**-50
+
 # Steps that are looked at together, which bounds the memory.
 _AT_ONCE = 1024
 
@@ -67,34 +70,50 @@ class Residuals:
         """Look at steps; those from 0 s begin a new run."""
         if steps.starts[0] == 0:
             self.longest_step = math.inf
-        scaled, lengths = scaled_polynomials(steps), steps.lengths.astype(float)
+        self.look(scaled_polynomials(steps), steps.starts, steps.lengths.astype(float))
+
+    def look(self, scaled: Array, starts: Array, lengths: Array) -> None:
+        """Look at steps: polynomials of their shares, shape (n, 4, p + 1), starts and lengths (s).
+
+        All are in float64.
+        """
         for first in range(0, len(lengths), _AT_ONCE):
             some = slice(first, first + _AT_ONCE)
             with np.errstate(all="ignore"):
-                passed = self._passed(scaled[some], steps.starts[some], lengths[some])
+                passed = self._passed(scaled[some], starts[some], lengths[some])
             shortest = float(lengths[some][passed].min(initial=math.inf))
             self.longest_step = min(self.longest_step, _SHORTER * shortest)
 
     def _passed(self, scaled: Array, starts: Array, lengths: Array) -> Array:
         """Return which steps passed a change, shape (n,)."""
-        found, as_turns = self._residuals(scaled, starts, lengths)
+        found, as_turns, noise, noise_turns = self._residuals(scaled, starts, lengths)
         order, sizes = scaled.shape[2] - 1, np.abs(scaled)
         omitted = of_converged(order)
         states = np.maximum(1.0, sizes.max(axis=(1, 2)))
         angles = np.maximum(1.0, sizes[:, :2].max(axis=(1, 2)))
         rounded, rounded_turns = self._rounded(scaled, states, starts, lengths)
         # A term of u is one of q, of the next order, divided by the step.
-        allowed = omitted * states + rounded
-        allowed_turns = omitted * (order + 2) * angles + rounded_turns
+        allowed = omitted * states + rounded + noise
+        allowed_turns = omitted * (order + 2) * angles + rounded_turns + noise_turns
         # Sizes of loads that are not known say nothing about a step.
         passed = ~np.isfinite(found) | (found > allowed) | (as_turns > allowed_turns)
         return np.asarray(passed)
 
-    def _residuals(self, scaled: Array, starts: Array, lengths: Array) -> tuple[Array, Array]:
-        """Return the largest h f(y) − y′ of each step, and that of speeds times h: (n,)."""
+    def _residuals(self, scaled: Array, starts: Array, lengths: Array) -> tuple[Array, ...]:
+        """Return the largest h f(y) − y′ of each step, and that of speeds times h: (n,).
+
+        The round-off of both by that of y follows.
+        """
         values, slopes = at_places(scaled)
         times = starts[:, None] + lengths[:, None] * NODES
-        found = lengths[:, None] * self._rates(values, times) - slopes
+        rates = lengths[:, None] * self._rates(values, times)
+        noise = lengths[:, None] * self._rates(_CHANGED * values, _CHANGED * times) - rates
+        return *self._largest(values, lengths, rates - slopes), *self._largest(
+            values, lengths, noise
+        )
+
+    def _largest(self, values: Array, lengths: Array, found: Array) -> tuple[Array, Array]:
+        """Return the largest entry of each step, and that of speeds times h: (n,)."""
         speeds = np.array(self._equations.to_speeds(self._chain, values[:2], found[2:]))
         largest = np.abs(found).max(axis=(0, 2))
         return largest, lengths * np.abs(speeds).max(axis=(0, 2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -11,18 +12,10 @@ from twolink.interruptible import side_by_side
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
+from twolink.simulation.shortened import Looked, shortened_run
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_run
-
-
-class UnseenError(Exception):
-    """The steps of a run pass a change of the loads, however short they are made."""
-
-    def __init__(self, run: TaylorRun) -> None:
-        """Store the run."""
-        super().__init__()
-        self.run = run
 
 
 @dataclass
@@ -88,23 +81,24 @@ class Runs:
                 go_on()
             report(share)
 
-        while True:
+        def made(longest: float) -> Looked:
+            self.longest_step = longest
             found = taylor_run(
                 self.scene,
                 self.times,
                 formulation=self.formulation,
                 precision=precision,
                 order=order,
-                longest_step=self.longest_step,
+                longest_step=longest,
                 progress=advance,
                 observe=_together(observe, residuals),
             )
             self.made.append(found)
-            if residuals is None or residuals.longest_step >= self.longest_step:
-                return found
-            if residuals.longest_step < self.scene.duration / MOST_STEPS:
-                raise UnseenError(found)
-            self.longest_step = residuals.longest_step
+            return Looked(found, math.inf if residuals is None else residuals.longest_step)
+
+        shortest = self.scene.duration / MOST_STEPS
+        run: TaylorRun = shortened_run(self.longest_step, shortest, made)
+        return run
 
 
 def _together(*observers: Observer | None) -> Observer | None:
