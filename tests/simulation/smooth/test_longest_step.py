@@ -8,7 +8,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.sampled_torque import SampledTorque
 from twolink.scene import Scene
 from twolink.simulation import simulate
-from twolink.simulation.hybrid import configurations, judged, run
+from twolink.simulation.hybrid import configurations, judged, measure
 from twolink.simulation.smooth.longest_step import default_longest_step
 
 # t³ at the elbow of a straight chain at rest: q begins as t⁵, and goes on with t¹⁵.
@@ -40,7 +40,7 @@ def test_accuracy_is_met_for_a_torque_that_begins_slowly(accuracy):
 
 
 def test_without_the_cap_the_motion_is_silently_wrong(monkeypatch):
-    monkeypatch.setattr(run, "default_longest_step", lambda scene: scene.duration)
+    monkeypatch.setattr(measure, "default_longest_step", lambda scene: scene.duration)
     monkeypatch.setattr(configurations, "_LOWEST_ORDER", 7)
     monkeypatch.setattr(judged, "differences", lambda first, second, times, accuracy: 0 * times)
     trajectory = simulate(scene((SOFT,)), accuracy=1e-3, samples=5)
