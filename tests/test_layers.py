@@ -84,7 +84,7 @@ ROWS = {
         "fixed_step scipy_method",
         "methods",
     ],
-    "twolink.effects": ["effect", OTHERS, "__init__", "of_urdf"],
+    "twolink.effects": ["custom_elements effect", OTHERS, "__init__", "of_urdf"],
     "twolink.scene": ["chain_table names text", "model reading writing", "scene"],
     "twolink.engines": [
         "faults messages",

@@ -8,12 +8,11 @@ from math import sin as plain_sin
 import numpy as np
 import pytest
 
+from tests.effects.test_custom_elements import Elements
 from tests.effects.test_inputs_of_effects import GOOD
 from twolink import arithmetic
 from twolink.arithmetic import cos, exp, sign, sin, sqrt
 from twolink.chain import Chain
-from twolink.contact.coordinates import JointCoordinate
-from twolink.contact.elements import DryFriction, RigidContact
 from twolink.effects import (
     EFFECTS,
     ContactEffect,
@@ -231,43 +230,6 @@ def test_functions_of_arithmetic_are_all_known():
     """All functions for users are tried, except the sign, which is not smooth."""
     offered = {n for n in vars(arithmetic) if n in ("sin", "cos", "sqrt", "exp", "sign")}
     assert offered == {"sin", "cos", "sqrt", "exp", "sign"}
-
-
-@dataclass(frozen=True)
-class Elements(ContactEffect):
-    """An effect with given elements of contact."""
-
-    elements: tuple
-
-    def contact_elements(self, chain):
-        return self.elements
-
-    def smooth_loads(self, chain, q, u, t=0.0):
-        return ()
-
-    def loads(self, chain, q, u, t=0.0):
-        return ()
-
-
-A, STOP_AT_A = JointCoordinate("A"), JointCoordinate("A", -1)
-
-
-@pytest.mark.parametrize(
-    ("element", "words"),
-    [
-        (DryFriction("A", A, -1.0, 1.0), "friction of A must be at least 0, .*; got -1 and 1"),
-        (DryFriction("A", A, 2.0, 1.0), "no more while it slides than .*; got 2 and 1"),
-        (DryFriction("A", A, 1.0, math.inf), "got 1 and inf"),
-        (DryFriction("A", A, math.nan, 1.0), "got nan and 1"),
-        (RigidContact("end", STOP_AT_A, -1.0, 1.5), "restitution of end must be .*; got 1.5"),
-        ("friction", "contact_elements must be a tuple of ContactElement; got 'friction'"),
-    ],
-)
-def test_elements_that_would_give_energy_are_refused(element, words):
-    with pytest.raises(ParameterError, match=words):
-        replace(SCENE, effects=(Elements((element,)),))
-    good = DryFriction("A", A, 0.5, 1.0), RigidContact("end", STOP_AT_A, -1.0, 1.0)
-    assert simulate(replace(SCENE, effects=(Elements(good),)), samples=3).met
 
 
 @dataclass(frozen=True)

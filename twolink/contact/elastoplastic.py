@@ -74,7 +74,7 @@ class Material:
     @cached_property
     def yield_force(self) -> float:
         """F_y (N)."""
-        return self.stiffness * self.yield_depth**1.5
+        return self.stiffness * self.yield_depth * math.sqrt(self.yield_depth)
 
     @cached_property
     def flow_depth(self) -> float:

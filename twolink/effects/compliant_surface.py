@@ -31,6 +31,10 @@ _WITH_LOSS = ("kelvin-voigt", "hunt-crossley")
 _POINTS = ("B", "C1", "C2", "D")
 _MATERIAL = ("radius", "modulus", "poisson")
 
+# The largest ratio of strength and modulus. The fits grow as exp(23 S_y/E*), and no solid exceeds
+# a ratio of one by much.
+_STRONGEST = 10.0
+
 
 @dataclass(frozen=True)
 class CompliantSurface(ContactEffect):
@@ -106,8 +110,24 @@ class CompliantSurface(ContactEffect):
         assert self.poisson is not None
         if not all(-1 < nu <= 0.5 for nu in self.poisson):
             self._refuse("poisson", self.poisson, "two numbers above -1 and up to 0.5")
-        if yields and self._material.poisson < 0:
+        if yields:
+            self._check_yielding()
+
+    def _check_yielding(self) -> None:
+        """Require a material within the range of Jackson and Green's fits, and of float64."""
+        material = self._material
+        if material.poisson < 0:
             self._refuse("poisson", self.poisson, "zero or positive for the body that yields")
+        if not material.strength <= _STRONGEST * material.modulus:
+            required = (
+                f"at most {_STRONGEST:g} times the common modulus E*, {material.modulus:.3g} Pa, "
+                "for the body that yields"
+            )
+            self._refuse("strength", self.strength, required)
+        if not 0 < material.yield_force < math.inf:
+            required = "those of a surface that yields at a positive finite force"
+            given = self.radius, self.modulus, self.strength
+            self._refuse("radius, modulus and strength", given, required)
 
     def _refuse(self, parameter: str, value: object, required: str) -> None:
         raise ParameterError(f"{self.name}: {parameter} must be {required}; got {value!r}")

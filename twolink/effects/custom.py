@@ -17,7 +17,7 @@ from types import FrameType
 from typing import Any, NoReturn
 
 from twolink.chain import Chain
-from twolink.contact.elements import ContactElement, RigidContact
+from twolink.effects.custom_elements import ELEMENTS, check_elements
 from twolink.effects.effect import (
     ConservativeEffect,
     ContactEffect,
@@ -35,8 +35,6 @@ _FUNCTIONS = "+, -, *, / and the functions of twolink.arithmetic (sin, cos, sqrt
 _PIECES = (
     "an effect that is smooth only piece by piece must be a PiecewiseEffect or a ContactEffect"
 )
-
-_ELEMENTS = "a tuple of ContactElement"
 
 # A piece has loads alone.
 _NO_PIECES = (ContactEffect, PiecewiseEffect, RotorEffect)
@@ -101,7 +99,7 @@ def _try(effect: Any, name: str, chain: Chain) -> None:
             _tried(name, "potential_energy", acting.potential_energy, plain, q)
     if isinstance(effect, ContactEffect):
         elements = _called(name, "contact_elements", effect.contact_elements, plain)
-        _check_elements(name, as_tuple(f"effect {name}: contact_elements", elements, _ELEMENTS))
+        check_elements(name, as_tuple(f"effect {name}: contact_elements", elements, ELEMENTS))
 
 
 def _pieces(effect: PiecewiseEffect, name: str) -> tuple[Effect, ...]:
@@ -119,27 +117,6 @@ def _pieces(effect: PiecewiseEffect, name: str) -> tuple[Effect, ...]:
                 f"contact, rotors or pieces; got {quoted(piece)}"
             )
     return pieces
-
-
-def _check_elements(name: str, elements: tuple[Any, ...]) -> None:
-    """Require friction that opposes motion, and impacts that give no energy."""
-    for element in elements:
-        if not isinstance(element, ContactElement):
-            raise ParameterError(
-                f"effect {name}: contact_elements must be {_ELEMENTS}; got {quoted(element)} in it"
-            )
-        kinetic, static = (float(limit) for limit in element.limits(1))
-        if not 0 <= kinetic <= static < math.inf:
-            raise ParameterError(
-                f"effect {name}: the friction of {element.name} must be at least 0, and no more "
-                f"while it slides than while it sticks; got {kinetic:g} and {static:g}"
-            )
-        if isinstance(element, RigidContact) and not 0 <= float(element.restitution) <= 1:
-            refuse(
-                f"effect {name}: restitution of {element.name}",
-                float(element.restitution),
-                "a number from 0 to 1",
-            )
 
 
 def _called(name: str, method: str, function: Callable[..., Any], argument: Any) -> Any:
