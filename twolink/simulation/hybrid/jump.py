@@ -174,14 +174,15 @@ def settle(
 def _check_held(system: HybridSystem, state: HybridState, pose: Pose, mode: Mode) -> None:
     """Raise `IntegrationError` if a mode holds an element that moves by more than round-off."""
     most = MOST_STOPPED / system.longest_step
-    for element, own in zip(system.elements, mode.states, strict=True):
-        for coordinate in element.holds(own):
-            speed = abs(float(speed_along(pose.row(coordinate), state.u)))
-            if speed > most * coordinate.size(system.scene_chain):
-                raise IntegrationError(
-                    f"at {float(state.t):.9g} s the motion cannot be followed: in the mode "
-                    f"'{mode}' {element.name} is held, but moves at {speed:.3g} m/s or rad/s"
-                )
+    for coordinate in system.held(mode.states):
+        speed = abs(float(speed_along(pose.row(coordinate), state.u)))
+        if speed > most * coordinate.size(system.scene_chain):
+            states = zip(system.elements, mode.states, strict=True)
+            name = next(element.name for element, own in states if coordinate in element.holds(own))
+            raise IntegrationError(
+                f"at {float(state.t):.9g} s the motion cannot be followed: in the mode '{mode}' "
+                f"{name} is held, but moves at {speed:.3g} m/s or rad/s"
+            )
 
 
 def _names(system: HybridSystem, strikes: Sequence[Strike]) -> str:
