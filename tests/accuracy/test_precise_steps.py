@@ -28,6 +28,7 @@ def scene(*effects):
     return Scene(Chain.uniform_bars(), (0.3, 0.2), (0.0, 0.0), 1.0, (Gravity(), *effects))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("equations", ["momenta", "lagrange"])
 @pytest.mark.parametrize(("digits", "longest", "passes"), [(20, 1.0, True), (20, 2.5e-4, False)])
 def test_steps_that_pass_a_pulse_are_found(equations, digits, longest, passes):

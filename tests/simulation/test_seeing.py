@@ -21,7 +21,7 @@ def scene(*effects):
 
 
 @pytest.mark.parametrize("others", [(), (FLOOR,)], ids=["smooth", "with impacts"])
-@pytest.mark.parametrize("precision", ["double", "quadruple"])
+@pytest.mark.parametrize("precision", ["double", pytest.param("quadruple", marks=pytest.mark.slow)])
 def test_pulses_are_seen(precision, others):
     given = scene(Detent(2000.0, 0.9, 1e-3), *others)
     exact = motion_run(given, TIMES, formulation="kane", precision=precision, longest_step=2e-4)

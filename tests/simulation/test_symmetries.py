@@ -114,8 +114,8 @@ SMALL, LARGE = Units(length=-14, mass=-20, time=-2), Units(length=10, mass=7, ti
 @pytest.mark.parametrize(
     ("draw", "scenes"),
     [
-        (draw_scene, 3),
-        (draw_coincidence, 3),
+        (draw_scene, 2),
+        (draw_coincidence, 2),
         pytest.param(draw_scene, 30, marks=pytest.mark.slow),
         pytest.param(draw_coincidence, 30, marks=pytest.mark.slow),
     ],

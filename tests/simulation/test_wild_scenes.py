@@ -232,6 +232,7 @@ SLOW = (
     "dent_beside_sliding_joints",
     "bounce_beside_a_press_without_force",
     "bounces_that_slide_near_a_folded_pose",
+    "stop_and_cushion_take_turns",
     "friction_drives_after_zeno",
     "two_cushions_and_end_force",
 )

@@ -78,6 +78,7 @@ def test_a_pulse_in_an_angle_of_a_small_chain_is_seen(accuracy):
     assert_measured(scene, accuracy, times, exact)
 
 
+@pytest.mark.slow
 def test_steps_on_a_steep_load_have_the_residuals_of_their_series():
     """A load of 2000 N m in 1e-3 rad: round-off of the angle counts in the rates."""
     steep = acting(Gravity(), Detent(2000.0, 0.9, 1e-3), q=(0.3, 0.2))
