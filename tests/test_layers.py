@@ -108,7 +108,7 @@ ROWS = {
         "storage",
         "hybrid log",
         "forces motion options views",
-        "seeing work",
+        "resolved work",
         "trajectory",
         "effects_cost simulate",
     ],

@@ -33,10 +33,14 @@ def scene(*effects):
 @pytest.mark.parametrize(("digits", "longest", "passes"), [(20, 1.0, True), (20, 2.5e-4, False)])
 def test_steps_that_pass_a_pulse_are_found(equations, digits, longest, passes):
     steps, count = followed(scene(Detent(2000.0, 0.9, 1e-3)), equations, digits, longest)
-    assert steps.are_looked_at
+    assert steps.are_checked
     # Those of some hundred steps are looked at together.
     assert (count < 256) == passes
-    assert steps.longest_that_sees() < 0.03 if passes else steps.longest_that_sees() == np.inf
+    assert (
+        steps.longest_resolving_step() < 0.03
+        if passes
+        else steps.longest_resolving_step() == np.inf
+    )
 
 
 @pytest.mark.parametrize("digits", [20, pytest.param(200, marks=pytest.mark.slow)])
@@ -44,7 +48,7 @@ def test_steps_that_pass_a_pulse_are_found(equations, digits, longest, passes):
 def test_steps_of_a_slow_load_have_the_residuals_of_their_series(equations, digits):
     """The coefficients of a series of order 230 alone leave the range of float64."""
     steps, _ = followed(scene(Pulse(3.0, 0.5, 0.3)), equations, digits, 1.0)
-    assert steps.longest_that_sees() == np.inf
+    assert steps.longest_resolving_step() == np.inf
 
 
 def test_polynomials_are_those_of_the_steps(monkeypatch):
@@ -52,7 +56,7 @@ def test_polynomials_are_those_of_the_steps(monkeypatch):
     monkeypatch.setattr(Residuals, "look", lambda self, *given: seen.append(given))
     given = scene(Pulse(3.0, 0.5, 0.3))
     steps, count = followed(given, "momenta", 20, 1.0)
-    steps.longest_that_sees()
+    steps.longest_resolving_step()
     ((scaled, starts, lengths),) = seen
     assert scaled.shape[:2] == (count, 4)
     assert starts[1:] == pytest.approx((starts + lengths)[:-1], rel=1e-15)
@@ -62,5 +66,5 @@ def test_polynomials_are_those_of_the_steps(monkeypatch):
 
 def test_built_in_effects_are_not_looked_at():
     steps, _ = followed(scene(), "momenta", 20, 1.0)
-    assert not steps.are_looked_at
-    assert steps.longest_that_sees() == np.inf
+    assert not steps.are_checked
+    assert steps.longest_resolving_step() == np.inf

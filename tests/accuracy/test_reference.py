@@ -266,8 +266,8 @@ def test_a_pulse_that_both_runs_would_pass_is_seen(others):
 
 @pytest.mark.parametrize("others", [(), (FAR,)], ids=["smooth", "with a surface"])
 def test_changes_that_no_steps_see_are_one_sentence(monkeypatch, others):
-    monkeypatch.setattr("twolink.simulation.seeing.MOST_STEPS_TO_SEE", 500)
-    monkeypatch.setattr("twolink.accuracy.reference.MOST_STEPS_TO_SEE", 500)
+    monkeypatch.setattr("twolink.simulation.resolved.MOST_STEPS_TO_RESOLVE", 500)
+    monkeypatch.setattr("twolink.accuracy.reference.MOST_STEPS_TO_RESOLVE", 500)
     effects = Gravity(), Kink(0.1, 0.4, 0.0), *others
     kinked = Scene(Chain.uniform_bars(), (0.3, 1.5), (0.0, 0.0), 0.5, effects)
     with pytest.raises(SimulationError, match="an effect that changes so fast must declare its"):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from twolink.simulation.shortened import Looked, UnseenError, shortened_run, unseen_change
+from twolink.simulation.shortened import CheckedRun, UnseenError, shortened_run, unseen_change
 
 
 def seeing_below(change, made):
@@ -12,7 +12,7 @@ def seeing_below(change, made):
 
     def run(longest):
         made.append(longest)
-        return Looked(longest, math.inf if longest <= change else longest / 5)
+        return CheckedRun(longest, math.inf if longest <= change else longest / 5)
 
     return run
 
@@ -27,7 +27,7 @@ def test_steps_are_shortened_until_they_see_a_change(change, steps):
 
 
 def test_a_change_that_a_step_of_the_same_length_sees_is_not_passed():
-    assert shortened_run(1.0, 0.01, lambda longest: Looked("run", 1.0)) == "run"
+    assert shortened_run(1.0, 0.01, lambda longest: CheckedRun("run", 1.0)) == "run"
 
 
 def test_the_last_run_is_kept_where_no_step_sees_the_change():

@@ -29,7 +29,7 @@ class PreciseSteps:
         self._scaled: list[Any] = []
 
     @property
-    def are_looked_at(self) -> bool:
+    def are_checked(self) -> bool:
         """Whether an effect may change within a step."""
         return self._residuals is not None
 
@@ -49,7 +49,7 @@ class PreciseSteps:
         if len(self._scaled) == _AT_ONCE:
             self._look(self._residuals)
 
-    def longest_that_sees(self) -> float:
+    def longest_resolving_step(self) -> float:
         """Return the longest step (s) that would see a change; infinite if none was passed."""
         if self._residuals is None:
             return math.inf

@@ -27,8 +27,8 @@ from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import check_run, has_modes
-from twolink.simulation.seeing import seeing_run, seen
-from twolink.simulation.shortened import MOST_STEPS_TO_SEE, Looked, shortened_run
+from twolink.simulation.resolved import resolved_run
+from twolink.simulation.shortened import MOST_STEPS_TO_RESOLVE, CheckedRun, shortened_run
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.text import distinct
 
@@ -236,13 +236,13 @@ def _precise(
     None of its steps passes a change of the loads.
     """
 
-    def made(longest: float) -> Looked:
+    def made(longest: float) -> CheckedRun:
         looked = PreciseSteps(scene, equations)
         run = _precise_once(scene, grid, equations, digits, longest, looked, report)
-        return Looked(run, looked.longest_that_sees())
+        return CheckedRun(run, looked.longest_resolving_step())
 
-    longest, shortest = default_longest_step(scene), scene.duration / MOST_STEPS_TO_SEE
-    found: _Run = seen(lambda: shortened_run(longest, shortest, made))
+    longest, shortest = default_longest_step(scene), scene.duration / MOST_STEPS_TO_RESOLVE
+    found: _Run = shortened_run(longest, shortest, made)
     return found
 
 
@@ -270,7 +270,7 @@ def _precise_once(
     for time in grid:
         outcome, _, _, taken, *_ = integrator.propagate_until(
             motion.number(time), max_delta_t=motion.number(longest), callback=each_step,
-            write_tc=looked.are_looked_at,
+            write_tc=looked.are_checked,
         )  # fmt: skip
         check_outcome(outcome, reached)
         steps += taken
@@ -287,7 +287,7 @@ def _by_events(
     """Return two runs in 113 bits with different orders and formulations."""
 
     def followed(equations: EquationsName, order: int, advance: Callable[[float], None]) -> _Run:
-        run = seeing_run(
+        run = resolved_run(
             scene,
             np.array(grid),
             formulation=equations,

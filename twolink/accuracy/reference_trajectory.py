@@ -11,7 +11,7 @@ from twolink.limits import UNLIMITED, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.motion import has_modes
-from twolink.simulation.seeing import seeing_run
+from twolink.simulation.resolved import resolved_run
 
 # Growing errors are largest at the end, and between two steps most methods have only an
 # interpolant of lower order than their own. A smooth motion is therefore compared at its end.
@@ -48,7 +48,7 @@ def reference_trajectory(
     independent. Raises `TooMuchError` if the run would exceed the `limits`, and
     `IntegrationError` if its steps pass a change of the loads.
     """
-    run = seeing_run(scene, times, formulation="kane", precision="quadruple", limits=limits)
+    run = resolved_run(scene, times, formulation="kane", precision="quadruple", limits=limits)
     return ReferenceTrajectory(
         times, run.q, run.u, run.events, run.log, "113-bit Taylor series, order 41"
     )

@@ -91,7 +91,7 @@ class MotionRun(ABC):
         return ()
 
     @property
-    def longest_that_sees(self) -> float:
+    def longest_resolving_step(self) -> float:
         """The longest step (s) that would see a change of the loads which one of its steps passed.
 
         It is infinite if none did, or if the steps were not looked at.

@@ -5,21 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-MOST_STEPS_TO_SEE = 20_000
-"""Steps over a motion that are short enough to see a change, if any are and a step is costly."""
+from twolink.errors import IntegrationError
+
+MOST_STEPS_TO_RESOLVE = 20_000
+"""The steps over a motion, where steps are costly, beyond which a change is not resolved."""
 
 
-class Looked(NamedTuple):
-    """A run, and the longest step (s) that would see a change which one of its steps passed.
+class CheckedRun(NamedTuple):
+    """A run, and the longest step (s) with which it is to be repeated.
 
-    That is infinite if none did.
+    That is infinite if no step of the run passed a change of the loads.
     """
 
     run: Any
     longest_step: float
 
 
-class UnseenError(Exception):
+class UnseenError(IntegrationError):
     """The steps of a run pass a change of the loads, however short they are made."""
 
     def __init__(self, run: Any, length: float) -> None:
@@ -36,16 +38,16 @@ def unseen_change(length: float) -> str:
     )
 
 
-def shortened_run(longest: float, shortest: float, made: Callable[[float], Looked]) -> Any:
+def shortened_run(longest: float, shortest: float, made: Callable[[float], CheckedRun]) -> Any:
     """Return the run with the longest steps (s) that pass no change of the loads.
 
     `made` returns a run whose steps are no longer than a time (s). Raises `UnseenError` where steps
     would be shorter than the `shortest` (s).
     """
     while True:
-        run, seeing = made(longest)
-        if seeing >= longest:
+        run, needed = made(longest)
+        if needed >= longest:
             return run
-        if seeing < shortest:
+        if needed < shortest:
             raise UnseenError(run, longest)
-        longest = seeing
+        longest = needed

@@ -114,7 +114,7 @@ def test_a_kink_that_no_step_resolves_ends_the_search(monkeypatch):
     assert "must declare its shortest_time" in trajectory.notes[-1]
 
 
-def test_many_steps_are_looked_at_in_portions(monkeypatch):
+def test_many_steps_are_checked_in_portions(monkeypatch):
     scene = acting(Gravity(), Detent(30.0, 1.0, 0.006), q=(0.3, 1.5))
     found = []
     for most in (10**6, 7):

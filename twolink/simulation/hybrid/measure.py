@@ -36,8 +36,8 @@ from twolink.simulation.hybrid.run import HybridRun, hybrid_run
 from twolink.simulation.hybrid.tolerances import BEYOND
 from twolink.simulation.run import ENDS_EARLY
 from twolink.simulation.shortened import (
-    MOST_STEPS_TO_SEE,
-    Looked,
+    MOST_STEPS_TO_RESOLVE,
+    CheckedRun,
     UnseenError,
     shortened_run,
     unseen_change,
@@ -358,14 +358,16 @@ class _Runs:
         It calls `go_on` now and then. Where no steps see the change, the last run is returned.
         """
 
-        def made(longest: float) -> Looked:
+        def made(longest: float) -> CheckedRun:
             self.longest_step = longest
             found = self._run_once(key, until, go_on)
-            return Looked(found, found.longest_that_sees)
+            return CheckedRun(found, found.longest_resolving_step)
 
         run: HybridRun
         try:
-            run = shortened_run(self.longest_step, self.scene.duration / MOST_STEPS_TO_SEE, made)
+            run = shortened_run(
+                self.longest_step, self.scene.duration / MOST_STEPS_TO_RESOLVE, made
+            )
         except UnseenError as error:
             run = error.run
         return run

@@ -28,7 +28,7 @@ from twolink.simulation.hybrid.history import History
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
 from twolink.simulation.hybrid.mode import Doubt, Event, Impact, sentences
-from twolink.simulation.hybrid.unseen import SHORTER_TO_SEE, Unseen
+from twolink.simulation.hybrid.unseen import SHORTER_TO_RESOLVE, Unseen
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import default_longest_step
@@ -63,14 +63,14 @@ class HybridRun(MotionRun):
     undecided: tuple[Doubt, ...] = ()
 
     @property
-    def longest_that_sees(self) -> float:
+    def longest_resolving_step(self) -> float:
         """The longest step (s) that would see a change of the loads; infinite if none was passed.
 
         Steps on pressed surfaces may be longer than the longest step.
         """
         if self.unseen is None:
             return math.inf
-        return SHORTER_TO_SEE * min(self.unseen.length, self.longest_step)
+        return SHORTER_TO_RESOLVE * min(self.unseen.length, self.longest_step)
 
     @property
     def arithmetic(self) -> Operations:

@@ -23,7 +23,7 @@ from twolink.simulation.run import Array
 from twolink.simulation.smooth.linear import scaled, shortened
 from twolink.simulation.smooth.residuals import NODES, ROUNDINGS, at_places, of_converged
 
-SHORTER_TO_SEE = 1 / 4
+SHORTER_TO_RESOLVE = 1 / 4
 """The factor by which steps are shortened to see a change."""
 
 

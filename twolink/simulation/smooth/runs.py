@@ -12,7 +12,7 @@ from twolink.interruptible import side_by_side
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
-from twolink.simulation.shortened import Looked, shortened_run
+from twolink.simulation.shortened import CheckedRun, shortened_run
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_run
@@ -81,7 +81,7 @@ class Runs:
                 go_on()
             report(share)
 
-        def made(longest: float) -> Looked:
+        def made(longest: float) -> CheckedRun:
             self.longest_step = longest
             found = taylor_run(
                 self.scene,
@@ -94,7 +94,7 @@ class Runs:
                 observe=_together(observe, residuals),
             )
             self.made.append(found)
-            return Looked(found, math.inf if residuals is None else residuals.longest_step)
+            return CheckedRun(found, math.inf if residuals is None else residuals.longest_step)
 
         shortest = self.scene.duration / MOST_STEPS
         run: TaylorRun = shortened_run(self.longest_step, shortest, made)
