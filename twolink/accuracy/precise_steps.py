@@ -50,7 +50,7 @@ class PreciseSteps:
             self._look(self._residuals)
 
     def longest_resolving_step(self) -> float:
-        """Return the longest step (s) that would see a change; infinite if none was passed."""
+        """Return the longest step (s) that would resolve a change; infinite if none was passed."""
         if self._residuals is None:
             return math.inf
         if self._scaled:

@@ -92,7 +92,7 @@ class MotionRun(ABC):
 
     @property
     def longest_resolving_step(self) -> float:
-        """The longest step (s) that would see a change of the loads which one of its steps passed.
+        """The longest step (s) that would resolve a change which one of its steps passed.
 
         It is infinite if none did, or if the steps were not looked at.
         """

@@ -64,7 +64,7 @@ class HybridRun(MotionRun):
 
     @property
     def longest_resolving_step(self) -> float:
-        """The longest step (s) that would see a change of the loads; infinite if none was passed.
+        """The longest step (s) that would resolve a change; infinite if none was passed.
 
         Steps on pressed surfaces may be longer than the longest step.
         """
