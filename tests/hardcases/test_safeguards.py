@@ -13,7 +13,7 @@ from twolink.hardcases.record import Case, Column
 from twolink.hardcases.run import outcome
 from twolink.hardcases.trajectory_trial import TrajectoryTrial
 from twolink.simulation.hybrid import compile as compilation
-from twolink.simulation.hybrid import configurations, judged, run, start_of_arc, tolerances
+from twolink.simulation.hybrid import configurations, judged, measure, start_of_arc, tolerances
 from twolink.simulation.smooth import equations, taylor
 from twolink.simulation.smooth.equations import EQUATIONS
 
@@ -69,7 +69,7 @@ def test_a_case_fails_with_a_cancelling_determinant(name, formulation, monkeypat
 @pytest.mark.parametrize("formulation", EQUATIONS)
 def test_steps_without_a_cap(formulation, monkeypatch):
     assert mark("soft-torque", formulation) is Mark.PASS
-    monkeypatch.setattr(run, "default_longest_step", lambda scene: scene.duration)
+    monkeypatch.setattr(measure, "default_longest_step", lambda scene: scene.duration)
     monkeypatch.setattr(configurations, "_LOWEST_ORDER", 7)
     # The comparison with a second run would detect the error.
     monkeypatch.setattr(judged, "differences", lambda first, second, times, accuracy: 0 * times)
