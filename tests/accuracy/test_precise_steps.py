@@ -14,7 +14,7 @@ from twolink.simulation.smooth.residuals import Residuals
 
 def followed(scene, equations, digits, longest):
     """Return the steps of a run, and their number."""
-    steps, motion, count = PreciseSteps(scene, equations), None, 0
+    steps, count = PreciseSteps(scene, equations), 0
     motion = precise_motion(scene, equations, digits)
     while motion.integrator.time < scene.duration:
         left = motion.number(scene.duration) - motion.integrator.time
@@ -36,11 +36,8 @@ def test_steps_that_pass_a_pulse_are_found(equations, digits, longest, passes):
     assert steps.are_checked
     # Those of some hundred steps are looked at together.
     assert (count < 256) == passes
-    assert (
-        steps.longest_resolving_step() < 0.03
-        if passes
-        else steps.longest_resolving_step() == np.inf
-    )
+    needed = steps.longest_resolving_step()
+    assert needed < 0.03 if passes else needed == np.inf
 
 
 @pytest.mark.parametrize("digits", [20, pytest.param(200, marks=pytest.mark.slow)])

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from twolink.arithmetic import exactly
+from twolink.arithmetic import exactly, whole_power
 from twolink.optional import heyoka
 
 # The largest whole exponent of which heyoka's series holds for a base of zero.
@@ -70,7 +70,7 @@ class Precise:
 
     def __pow__(self, exponent: Any) -> Precise:
         if isinstance(exponent, int) and exponent > _SQUARE:
-            return self._of(_whole_power(self.expression, exponent))
+            return self._of(whole_power(self.expression, exponent))
         known = isinstance(exponent, (int, float))
         return self._of(self.expression ** (exponent if known else self._operand(exponent)))
 
@@ -84,14 +84,6 @@ class Precise:
 def precise(expression: Any, number: Any) -> Precise:
     """Return an expression for formulas in numbers of a type."""
     return Precise(expression, number)
-
-
-def _whole_power(base: Any, exponent: int) -> Any:
-    """Return a power of an expression as products of squares."""
-    if exponent == 1:
-        return base
-    half = _whole_power(base, exponent // 2)
-    return half * half * base if exponent % 2 else half * half
 
 
 def plain(value: Any) -> Any:
