@@ -1,6 +1,7 @@
 """Runs that are repeated with shorter steps, for runs that are numbers."""
 
 import math
+import pickle
 
 import pytest
 
@@ -37,3 +38,11 @@ def test_the_last_run_is_kept_where_no_step_sees_the_change():
     assert caught.value.run == made[-1] == pytest.approx(0.04)
     assert str(caught.value) == unseen_change(0.04)
     assert "must declare its shortest_time" in unseen_change(0.04)
+
+
+def test_the_error_is_sent_to_other_processes_without_its_run():
+    error = UnseenError(unseen_change(0.04), lambda: "a run that cannot be sent")
+    sent = pickle.loads(pickle.dumps(error))
+    assert type(sent) is UnseenError
+    assert str(sent) == str(error)
+    assert sent.run is None

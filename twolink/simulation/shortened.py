@@ -7,6 +7,9 @@ from typing import Any, NamedTuple
 
 from twolink.errors import IntegrationError
 
+SHORTER_TO_RESOLVE = 1 / 4
+"""The part of a step that passed a change for which a run is repeated."""
+
 MOST_STEPS_TO_RESOLVE = 20_000
 """The steps over a motion, where steps are costly, beyond which a change is not resolved."""
 
@@ -24,10 +27,14 @@ class CheckedRun(NamedTuple):
 class UnseenError(IntegrationError):
     """The steps of a run pass a change of the loads, however short they are made."""
 
-    def __init__(self, run: Any, length: float) -> None:
-        """Store the run, and the length of the steps (s)."""
-        super().__init__(unseen_change(length))
+    def __init__(self, message: str, run: Any = None) -> None:
+        """Store the reason, and the run, which stays in its process."""
+        super().__init__(message)
         self.run = run
+
+    def __reduce__(self) -> tuple[type[UnseenError], tuple[str]]:
+        """Return the copy for another process, without the run."""
+        return UnseenError, (str(self),)
 
 
 def unseen_change(length: float) -> str:
@@ -49,5 +56,5 @@ def shortened_run(longest: float, shortest: float, made: Callable[[float], Check
         if needed >= longest:
             return run
         if needed < shortest:
-            raise UnseenError(run, longest)
+            raise UnseenError(unseen_change(longest), run)
         longest = needed

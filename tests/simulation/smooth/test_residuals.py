@@ -91,6 +91,21 @@ def test_steps_on_a_steep_load_have_the_residuals_of_their_series():
         assert residuals.longest_step == np.inf
 
 
+def test_a_pulse_is_seen_where_its_round_off_is_unknown(monkeypatch):
+    """The rates are no numbers at states that are changed by roundings."""
+    residuals = Residuals(DETENT, "momenta")
+    rates, calls = residuals._rates, []
+
+    def unknown_when_changed(values, times):
+        calls.append(len(calls) % 2)
+        return rates(values, times) if calls[-1] == 0 else np.full_like(values, np.nan)
+
+    monkeypatch.setattr(residuals, "_rates", unknown_when_changed)
+    taylor_run(DETENT, SHORT, formulation="momenta", order=13, observe=residuals)
+    assert 1 in calls
+    assert residuals.longest_step < 1
+
+
 def test_loads_of_unknown_size_do_not_shorten_steps():
     """The slope of 1/exp(x) overflows where x is below −340."""
     logistic = acting(Gravity(), Logistic(400.0, 1.5), q=(0.3, 1.5))

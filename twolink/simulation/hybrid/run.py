@@ -28,8 +28,9 @@ from twolink.simulation.hybrid.history import History
 from twolink.simulation.hybrid.impact import Strike
 from twolink.simulation.hybrid.impact_log import impact_log
 from twolink.simulation.hybrid.mode import Doubt, Event, Impact, sentences
-from twolink.simulation.hybrid.unseen import SHORTER_TO_RESOLVE, Unseen
+from twolink.simulation.hybrid.unseen import Unseen
 from twolink.simulation.run import MotionRun
+from twolink.simulation.shortened import SHORTER_TO_RESOLVE
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import default_longest_step
 

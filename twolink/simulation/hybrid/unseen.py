@@ -23,9 +23,6 @@ from twolink.simulation.run import Array
 from twolink.simulation.smooth.linear import scaled, shortened
 from twolink.simulation.smooth.residuals import NODES, ROUNDINGS, at_places, of_converged
 
-SHORTER_TO_RESOLVE = 1 / 4
-"""The factor by which steps are shortened to see a change."""
-
 
 class Unseen(NamedTuple):
     """A step that passed a change of the loads: its start and its length (s)."""

@@ -19,6 +19,7 @@ from twolink.integration.precisions import PRECISIONS
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
+from twolink.simulation.shortened import SHORTER_TO_RESOLVE
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.linear import scaled_polynomials
 from twolink.simulation.smooth.load_sizes import load_sizes
@@ -33,9 +34,6 @@ ROUNDINGS = 64.0
 
 # The factor on the residual of a series that has converged.
 _TERMS = 100.0
-
-# The part of a step that passed a change for which the run is repeated.
-_SHORTER = 1 / 4
 
 # The factor on a state by which its roundings change the rates: a load may be steep.
 _CHANGED = 1 + 2.0**-50
@@ -82,7 +80,7 @@ class Residuals:
             with np.errstate(all="ignore"):
                 passed = self._passed(scaled[some], starts[some], lengths[some])
             shortest = float(lengths[some][passed].min(initial=math.inf))
-            self.longest_step = min(self.longest_step, _SHORTER * shortest)
+            self.longest_step = min(self.longest_step, SHORTER_TO_RESOLVE * shortest)
 
     def _passed(self, scaled: Array, starts: Array, lengths: Array) -> Array:
         """Return which steps passed a change, shape (n,)."""
@@ -108,9 +106,10 @@ class Residuals:
         times = starts[:, None] + lengths[:, None] * NODES
         rates = lengths[:, None] * self._rates(values, times)
         noise = lengths[:, None] * self._rates(_CHANGED * values, _CHANGED * times) - rates
-        return *self._largest(values, lengths, rates - slopes), *self._largest(
-            values, lengths, noise
-        )
+        # Where round-off is unknown none is allowed for.
+        known = np.where(np.isfinite(noise), noise, 0.0)
+        residuals = self._largest(values, lengths, rates - slopes)
+        return (*residuals, *self._largest(values, lengths, known))
 
     def _largest(self, values: Array, lengths: Array, found: Array) -> tuple[Array, Array]:
         """Return the largest entry of each step, and that of speeds times h: (n,)."""
