@@ -197,6 +197,7 @@ def test_simulate_prints_scene_and_accuracy(tmp_path):
     assert len([line for line in lines if not line.startswith("#")]) == 12
 
 
+@pytest.mark.slow
 def test_a_missed_accuracy_exits_with_1():
     result = simulate(FREE_FALL, "--accuracy", "1e-17")
     assert result.exit_code == 1

@@ -184,7 +184,7 @@ def test_arguments_that_are_no_paths_are_refused(call, wrong):
         (lambda: study(FALL, budget="1"), "budget must be a number; got '1'"),
         (lambda: study(FALL, budget=math.nan), "budget must be a positive number; got nan"),
         (lambda: energy_drift(None), "scene must be a Scene; got None"),
-        (lambda: energy_drift(FALL, seconds=np.timedelta64(1)), "seconds must be a number"),
+        (lambda: energy_drift(FALL, seconds=np.timedelta64(1, "s")), "seconds must be a number"),
         (lambda: effects_cost("drop"), "scene must be a Scene; got 'drop'"),
         (lambda: TRAJECTORY.at(0.1, np.zeros(2)), "side must be 'left' or 'right'; got array"),
         (lambda: TRAJECTORY.at([np.ma.masked]), "times must be a number of seconds, or a row of"),

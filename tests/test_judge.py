@@ -230,7 +230,7 @@ def test_a_free_link_rebounds_with_the_restitution():
     assert np.abs(found.q[0][late] - (1 - 1.6 * (t[late] - 0.5))).max() < 1e-13
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.7])
 def test_bounces_accumulate_and_then_it_rests(restitution):
     """A torque of 3 N m drives 3 kg m² against a stop: with e the bounces last 2 v e/(1 − e)."""

@@ -72,6 +72,11 @@ def test_quoted_values_are_short(value):
     assert "\x1b" not in quoted(value)
 
 
+def test_integers_that_python_does_not_write_are_named():
+    assert quoted(-(10**9999)) == "an integer of thousands of digits"
+    assert quoted((1.5, 10**9999)) == "(1.5, an integer of thousands of digits)"
+
+
 def test_an_unknown_name_is_refused_with_the_nearest_one():
     assert choice("the kind", "angels", ["angles", "phase"]) == (
         "the kind must be one of angles, phase; got 'angels' (did you mean 'angles'?)"

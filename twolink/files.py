@@ -126,11 +126,20 @@ def check_writable(path: Path) -> None:
 def check_folder(path: Path) -> None:
     """Raise `FileError` where a folder could not be made, or not written to if it exists."""
     try:
-        nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
+        nearest = next(place for place in (path, *path.absolute().parents) if _is_there(place))
         with scratch_folder("check", str(nearest)):
             pass
     except OSError as error:
         raise _unwritable(path, error) from error
+
+
+def _is_there(path: Path) -> bool:
+    """Return whether a path exists; `OSError` where that cannot be known (`Path.exists`: False)."""
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
 
 
 @contextmanager

@@ -17,7 +17,21 @@ _UNFIT_IN_A_LINE = re.compile(_UNFIT.pattern[:-1] + "\t\n]")
 _LONGEST_SENTENCE, _LONGEST_NAME = 600, 400
 _MOST_NAMES = 12
 
-_SHORT = reprlib.Repr()
+# Bits of an integer above which it is not shown by its digits: Python writes no more than 4300.
+_LONG_INTEGER = 10_000
+
+
+class _Short(reprlib.Repr):
+    """Representations of limited length, also of integers that Python does not write."""
+
+    def repr_int(self, value: int, level: int) -> str:
+        """Return the representation of an integer."""
+        if value.bit_length() > _LONG_INTEGER:
+            return "an integer of thousands of digits"
+        return super().repr_int(value, level)
+
+
+_SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
 _SHORT.maxtuple = _SHORT.maxlist = _SHORT.maxdict = 12
 
@@ -40,9 +54,6 @@ def quoted(value: object) -> str:
         return f"the class {value.__name__}"
     try:
         return one_line(_SHORT.repr(value), 200)
-    except ValueError:
-        # Python converts no integer of more than some thousand digits to text.
-        return "an integer of thousands of digits"
     except Exception:
         return f"an object of type {type(value).__name__}"
 

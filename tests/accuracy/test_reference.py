@@ -264,6 +264,7 @@ def test_a_pulse_that_both_runs_would_pass_is_seen(others):
     assert found.digits == (20,)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("others", [(), (FAR,)], ids=["smooth", "with a surface"])
 def test_changes_that_no_steps_see_are_one_sentence(monkeypatch, others):
     monkeypatch.setattr("twolink.simulation.resolved.MOST_STEPS_TO_RESOLVE", 500)

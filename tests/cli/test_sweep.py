@@ -34,6 +34,7 @@ def run(*words):
     return CliRunner().invoke(app, ["sweep", *map(str, words)])
 
 
+@pytest.mark.slow
 def test_a_sweep_is_run_and_summed_up(file, tmp_path):
     result = run(file, "--out", tmp_path / "a.zarr", "--workers", 1)
     assert result.exit_code == 0, result.output

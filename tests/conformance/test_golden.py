@@ -1,5 +1,6 @@
 """The golden vectors as files: checked against their schema, checksums and index."""
 
+import functools
 import hashlib
 import json
 import re
@@ -13,15 +14,19 @@ from twolink.conformance.golden import CHECKSUMS, PAGE, golden_files, read_group
 from twolink.conformance.suites import SUITES, suite
 from twolink.errors import FileError, ParameterError
 
-FILES = golden_files()
-GROUPS = {path: content for path, content in FILES.items() if path.split("/")[0] in SUITES}
+files = functools.cache(golden_files)
+
+
+@functools.cache
+def groups():
+    return {path: own for path, own in files().items() if path.split("/")[0] in SUITES}
 
 
 def test_every_group_has_a_file_that_reads_back():
-    groups = [group for name in SUITES for group in suite(name)]
-    assert len(GROUPS) == len(groups)
-    read = {found.group.id: found for found in map(read_group, GROUPS.values())}
-    for group in groups:
+    every = [group for name in SUITES for group in suite(name)]
+    assert len(groups()) == len(every)
+    read = {found.group.id: found for found in map(read_group, groups().values())}
+    for group in every:
         assert read[group.id].group == group
 
 
@@ -57,15 +62,15 @@ def test_bounds_are_far_below_the_values():
 
 def test_a_changed_file_is_against_the_schema():
     path = "import/plain.json"
-    table = json.loads(GROUPS[path])
+    table = json.loads(groups()[path])
     del table["group"]["tests"][0]["values"]
     with pytest.raises(ValueError, match="values"):
         read_group(json.dumps(table).encode())
 
 
 def test_the_page_defines_every_field_and_flag():
-    page = FILES[PAGE].decode()
-    for schema in json.loads(FILES["schema/vectors.json"])["$defs"].values():
+    page = files()[PAGE].decode()
+    for schema in json.loads(files()["schema/vectors.json"])["$defs"].values():
         if schema["title"] in ("Vector", "Motion", "Group", "Flag", "Frame"):
             for name in schema["properties"]:
                 assert f"| `{name}` |" in page

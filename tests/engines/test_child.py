@@ -53,7 +53,7 @@ def test_a_child_without_an_answer_is_a_fault_of_its_kind(code, kind, ended):
 
 
 def test_the_output_is_complete_once_it_is_closed():
-    code = "import sys; sys.stderr.write('x' * 30000 + 'end'); print('done')"
+    code = "import sys; sys.stderr.write('x' * 30000 + 'end'); sys.stderr.flush(); print('done')"
     with program(code) as child:
         child.exchanged(b"", LIMIT)
     assert len(child.output) == 20_000

@@ -71,7 +71,7 @@ ALL_SMOOTH = {
 }
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("parameter", SMOOTH)
 def test_run_time_parameters_give_the_motions_of_their_scenes(parameter):
     asked = ensemble(

@@ -322,7 +322,7 @@ def test_reversed_polynomials_are_exact_within_their_slack(random):
     assert slack.max() < 1e-12
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("duration", [20.0, 25.0])
 def test_times_of_extremes_are_unknown_where_the_error_is(duration):
     """A fall from 4 rad is chaotic, and has more peaks than are kept one by one."""

@@ -24,6 +24,7 @@ def exact(jacobian, length, steps=4000):
     return found
 
 
+@pytest.mark.slow
 def test_the_flow_is_of_sixth_order(random):
     constant, slope = random.normal(size=(2, 4, 4))
 

@@ -31,6 +31,7 @@ def test_a_dataset_has_units_and_coordinates(found):
     assert flat["g"].values[:4].tolist() == [1.6] * 4
 
 
+@pytest.mark.slow
 def test_a_grid_has_a_dimension_for_each_fixed_axis(found):
     grid = found.grid()
     assert grid["q"].dims == ("g", "q1", "draw", "link")

@@ -13,7 +13,6 @@ from twolink.simulation import simulate
 from twolink.simulation.smooth.equations import EQUATIONS
 
 SYSTEM = System(FALL.moving_chain, FALL.effects, ())
-STEP = compiled_step(SYSTEM, paths=True)
 DURATION = 1.5
 
 
@@ -49,7 +48,7 @@ def begun(q, u, tolerance=1e-12):
 def watched(q, u, spy, brief=False):
     runs = begun(q, u)
     watch = Watch(runs, [spy], brief)
-    rows = marched(STEP, runs, watch)
+    rows = marched(compiled_step(SYSTEM, paths=True), runs, watch)
     watch.show(SYSTEM)
     return rows
 

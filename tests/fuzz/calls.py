@@ -84,7 +84,7 @@ NUMBERS = (
     0, 1, -1, 2, -0.0, 0.5, 5e-324, 1e-300, 1e308, float("nan"), float("inf"), -float("inf"), 2**70,
     10**308, 10**400, True, 1j, Decimal("0.5"), Decimal("NaN"), Fraction(1, 3), np.float32(0.5),
     np.float64("nan"), np.longdouble("1e4000"), np.int64(3), np.uint8(200), np.True_, np.array(0.5),
-    np.datetime64("2020"), np.timedelta64(1), "1", "0.5", b"1",
+    np.datetime64("2020"), np.timedelta64(1, "s"), "1", "0.5", b"1",
     mpmath.mpf("0.3"), mpmath.nan, sympy.Symbol("x"), sympy.Rational(1, 3), sympy.oo,
 )  # fmt: skip
 THINGS = (

@@ -388,6 +388,7 @@ def test_the_error_is_that_of_joint_angles_and_speeds_too(name, accuracy):
     assert found.met
 
 
+@pytest.mark.slow
 def test_values_between_samples_are_rounded_within_the_error():
     """The speed is 0 at both samples, and thousands of rad/s between them."""
     strong = 1e6

@@ -271,6 +271,7 @@ def test_a_link_that_stops_is_held_by_all_of_its_frictions(spin):
     assert slide.time == pytest.approx(0.4 + (limit - push) / slope, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_element_that_breaks_loose_does_not_depend_on_shares_that_the_laws_leave_open():
     """Both joints and a soft surface on link 2 hold the chain: three forces, of which two count.
 
@@ -413,6 +414,7 @@ def test_a_mode_in_which_a_contact_opens_by_a_higher_derivative_is_no_rest():
     assert "At 0.0702552901 s the laws of contact leave a choice" in found.notes[0]
 
 
+@pytest.mark.slow
 def test_a_stop_that_has_opened_at_rest_may_hold_the_chain_again():
     """Friction in B takes over from its stop at 0.727 s, and cannot hold from 0.805 s on."""
     chain = Chain(

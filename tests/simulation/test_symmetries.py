@@ -71,9 +71,8 @@ def clear_of_impacts(times, run):
     return np.array([t for t in times if all(abs(t - other) > 1e-5 for other in impacts)])
 
 
-@pytest.mark.parametrize(
-    ("angle", "scenes"), [(-1.1, 3), pytest.param(math.pi / 2, 40, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("angle", "scenes"), [(-1.1, 3), (math.pi / 2, 40)])
 def test_a_turned_scene_has_the_turned_motion(angle, scenes):
     """Scenes of all effects, at rest, in contact, stretched and folded.
 
@@ -111,6 +110,7 @@ def in_larger_units(scene, index):
 SMALL, LARGE = Units(length=-14, mass=-20, time=-2), Units(length=10, mass=7, time=3)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("draw", "scenes"),
     [

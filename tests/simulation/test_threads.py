@@ -89,6 +89,7 @@ def test_verifications_race():
     assert side_by_side(verdict, range(8)) == [verdict(seed) for seed in range(8)]
 
 
+@pytest.mark.slow
 def test_references_race():
     short = [replace(scene, duration=0.2) for scene in starts(SMOOTH, 4) + starts(EVENTS, 4)]
 

@@ -225,26 +225,12 @@ def test_a_yielding_surface_is_followed_in_few_steps():
 
 # Those that a test above looks at by all checks.
 BY_THEMSELVES = ("error_underestimated", "jammed_on_arrival")
-SLOW = (
-    "pressed_from_rest",
-    "two_points_come_to_rest",
-    "missed_impact",
-    "dent_beside_sliding_joints",
-    "bounce_beside_a_press_without_force",
-    "bounces_that_slide_near_a_folded_pose",
-    "stop_and_cushion_take_turns",
-    "friction_drives_after_zeno",
-    "two_cushions_and_end_force",
-)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(path.stem, marks=[pytest.mark.slow] if path.stem in SLOW else [])
-        for path in sorted(SCENES.glob("*.toml"))
-        if path.stem not in BY_THEMSELVES
-    ],
+    [path.stem for path in sorted(SCENES.glob("*.toml")) if path.stem not in BY_THEMSELVES],
 )
 def test_no_law_is_violated(name):
     """All checks of the campaign hold, beyond those of the scene's own test."""
@@ -346,6 +332,7 @@ def test_impacts_and_turning_slides_that_die_away_together_end_in_rest():
     assert np.abs(u).max() == 0
 
 
+@pytest.mark.slow
 def test_a_pose_that_is_placed_on_one_contact_takes_the_gaps_of_the_others_with_it():
     """A stop and a stiff cushion take turns some seventy times.
 

@@ -68,6 +68,7 @@ def test_work_does_not_depend_on_the_spacing_of_samples(effects, samples):
     assert abs(given - (T - T[0])).max() <= 2e-12 * T.max()
 
 
+@pytest.mark.slow
 def test_the_work_until_a_slide_jams_balances_to_the_round_off_of_the_angle_left():
     """D slides to the left along a ceiling, towards the base, until friction locks it.
 

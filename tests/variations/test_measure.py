@@ -153,7 +153,7 @@ def test_an_accuracy_holds_where_errors_are_within_it():
     assert found.within(1.001 * max(at, found.error[4]))[:5].all()
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("mass", [1e-9, 1e-7])
 def test_roundings_of_slopes_count_where_derivatives_nearly_cancel(mass):
     """The motion of link 1 hardly depends on m1, as its inertia is in proportion: dI/dm1 = 1/12."""

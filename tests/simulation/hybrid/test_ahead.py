@@ -240,6 +240,7 @@ IN_THREAD = SCRIPT.format(
 )
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("script", [AT_EXIT, IN_THREAD], ids=["at exit", "in a thread"])
 def test_a_motion_is_simulated_while_the_interpreter_ends(script):
     """It accepts no more work for threads then."""

@@ -64,6 +64,7 @@ def test_impacts_that_one_run_lacks_do_not_shift_the_others():
     assert _same(ours, theirs, 1e-4).shape == (2, 0)
 
 
+@pytest.mark.slow
 def test_bursts_of_two_contacts_leave_no_error_of_their_own():
     """C2 on one wall and B on another answer each other 63 times within 1e-9 s.
 

@@ -114,7 +114,7 @@ def test_points_in_pairs_leave_a_surface_at_one_instant():
     assert pressed[-1] == 2 + 2
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("units", [Units(), Units(length=-10, mass=-10)], ids=["1 m", "1 mm"])
 @pytest.mark.parametrize("u", [(-0.5, 0.2), (0.0, 0.0)])
 def test_eight_contacts_press_from_their_first_instant(units, u):

@@ -62,7 +62,7 @@ def problems(seed):
         yield problem_at(system, state, pose, options)
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_candidates_are_the_modes_that_violate_no_condition(seed):
     tried = several = 0

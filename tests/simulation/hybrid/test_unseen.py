@@ -37,9 +37,10 @@ def narrow(contact, size=200.0, width=3e-3):
     return Scene(BARS, (0.3, -0.4), (1.0, 2.0), 1.0, effects)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("precision", "order"),
-    [("double", 15), pytest.param("long double", 21, marks=pytest.mark.slow)],
+    [("double", 15), ("long double", 21)],
 )
 def test_the_steps_of_all_effects_have_the_residuals_of_their_series(monkeypatch, precision, order):
     """Also those on pressed surfaces, whose variable is not time."""
@@ -63,6 +64,7 @@ def test_the_steps_of_all_effects_have_the_residuals_of_their_series(monkeypatch
     assert {passed for _, passed in found} == {None}
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", CONTACTS)
 def test_a_pulse_in_an_angle_is_seen_beside_contact_and_friction(name):
     scene = narrow(CONTACTS[name])
@@ -76,7 +78,7 @@ def test_a_pulse_in_an_angle_is_seen_beside_contact_and_friction(name):
     assert off <= found.error
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("centre", [0.55, 0.6, 0.7])
 def test_a_pulse_is_seen_while_a_soft_surface_is_pressed(centre):
     """There the variable of the steps is not time, and they are made shorter too."""

@@ -140,6 +140,7 @@ def test_damped_bounces_that_never_end_are_followed_and_then_left_out():
     assert 0 < more.doubts[0].speed < few.doubts[0].speed
 
 
+@pytest.mark.slow
 def test_the_error_is_unknown_after_bounces_that_are_left_out():
     """Link 1 stands on its stop, upright, and is let go: it falls by its next bounce."""
     chain = Chain((1.0, 0.5), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (0.25, 0.1))
@@ -241,9 +242,8 @@ def test_points_of_a_link_that_land_without_rebound_lift_each_other_ever_less(q,
     assert found.q[:, -1] == pytest.approx(bouncing.q[:, -1], abs=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("play", "speed"), [(1e-12, 1.0), pytest.param(1e-13, 100.0, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("play", "speed"), [(1e-12, 1.0), (1e-13, 100.0)])
 def test_impacts_without_loss_between_two_stops_are_not_left_out_without_a_word(play, speed):
     """No load acts, and no energy is lost: the joint turns back and forth for ever."""
     free = Chain((0.5, 0.5), (1.0, 1.0), ((1.0, 0.0), (0.0, 0.0)), (0.0, 1.0))

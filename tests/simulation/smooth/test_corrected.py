@@ -24,7 +24,7 @@ def made(name, order, precision="double", evaluated_in="long double", formulatio
     return raw, errors, corrected_run(raw, TIMES, errors.correction(), errors.evaluated_in)
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["momenta", "lagrange"])
 @pytest.mark.parametrize("name", ["reference", "chaotic", "damped"])
 def test_a_correction_leaves_a_twentieth_of_the_error(name, formulation):

@@ -45,6 +45,7 @@ def test_a_step_over_a_change_is_seen(order):
         assert (residuals.longest_step < cap) == passed
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("scene", [PULSE, DETENT], ids=["in time", "in an angle"])
 def test_the_error_of_motions_with_pulses_is_bounded(scene, accuracy):

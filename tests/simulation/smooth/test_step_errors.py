@@ -287,6 +287,7 @@ def test_a_part_of_a_run_starts_at_its_exact_time(monkeypatch):
     assert max(shares(short, times, 23, "long double", "quadruple")) < 1
 
 
+@pytest.mark.slow
 def test_loads_that_nearly_cancel_have_their_own_round_off():
     """Springs of 1000 N m/rad that torques balance: the sum of loads is a millionth of them."""
     balanced = Scene(

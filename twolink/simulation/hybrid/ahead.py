@@ -47,11 +47,17 @@ class Ahead:
         self._thread: Thread | None = None
         self._lock = Lock()
         self._process = os.getpid()
+        self._is_open = True
 
     def close(self) -> None:
-        """Cancel all compilations that have not begun, and wait for the one in progress."""
+        """Cancel all compilations that have not begun, and wait for the one in progress.
+
+        Runs that go on compile for themselves.
+        """
         self.expect()
-        if self._has_thread and (thread := self._thread) is not None and thread.is_alive():
+        thread = self._thread if self._has_thread else None
+        self._is_open = False
+        if thread is not None and thread.is_alive():
             abandon(thread, _ENDING)
 
     def expect(self, *targets: Target) -> None:
@@ -86,8 +92,8 @@ class Ahead:
 
     @property
     def _has_thread(self) -> bool:
-        """Whether this is the process of the thread: a forked one has no copy of it."""
-        return self._process == os.getpid()
+        """Whether it is open in the process of the thread: a forked one has no copy of it."""
+        return self._is_open and self._process == os.getpid()
 
     def _await(self, request: _Request) -> None:
         """Cancel a request that has not begun, and wait for the end of one that has."""
