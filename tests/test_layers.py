@@ -137,7 +137,7 @@ ROWS = {
         "breakaway_order compile confirm doubts impact_log resolution trials",
         "impact_order",
         "collision start_of_arc",
-        "ahead arc certificate course grip singular_pose zeno",
+        "ahead arc certificate course fastest_rate grip singular_pose zeno",
         "effort end_of_arc no_motion steps_of_arc unseen",
         "painleve",
         "dense flow reactions select",

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import BALANCED, mode_of, state_of, system_of
-from tests.simulation.hybrid.test_course import course_of
 from tests.simulation.smooth.test_taylor import Kinked
 from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
@@ -252,18 +251,6 @@ def test_a_surface_that_recovers_too_fast_is_named():
     scene = Scene(Chain.uniform_bars(), (0.3, 0.1), (0.0, 0.0), 40.0, (Gravity(0.01), cushion))
     with pytest.raises(IntegrationError, match=r"while D on cushion recovers at 1e\+12 1/s\)"):
         hybrid_run(scene, np.array([0.0, 40.0]))
-
-
-@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
-def test_the_rate_of_a_surface_that_recovers_is_said_in_every_precision(precision):
-    """Numbers of 113 bits know no format."""
-    fast = CompliantSurface((0.0, 0.0), (0.0, -1.0), "kelvin-voigt", stiffness=1e8, loss=1e-6)
-    system = system_of(fast, precision=precision)
-    state = state_of(system, (-0.5, -0.5))
-    (own,) = state.compliant
-    state = state._replace(compliant=(own._replace(residual_depth=system.number(1e-3)),))
-    course = course_of(system, state, S.OPEN, until=1.0)
-    assert flow_module._recovering(course) == ", while D on cushion recovers at 1e+14 1/s"
 
 
 def test_a_state_that_is_not_finite_ends_the_run(monkeypatch):

@@ -24,6 +24,7 @@ from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.course import Course, now, set_up, springing_back
 from twolink.simulation.hybrid.end_of_arc import cut, end_state
 from twolink.simulation.hybrid.event_functions import locks
+from twolink.simulation.hybrid.fastest_rate import fastest_rate
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.steps_of_arc import take_steps
@@ -181,22 +182,9 @@ def _failed(course: Course, blocks: list[Block], doubts: list[Doubt], failure: s
     for index, (element, own) in enumerate(zip(system.elements, mode.states, strict=True)):
         if element.rigid and own.slips and locks(system, mode, pose, index):
             return arc._replace(event=Trigger(EventKind.JAMS, index, own.direction))
+    cause = fastest_rate(system, mode, arc.end)
+    required = "" if cause else "; it must stay finite, and its loads smooth"
     raise IntegrationError(
-        f"the motion could not be integrated beyond {float(arc.end.t):.9g} s "
-        f"({failure}{_recovering(course)}), in the mode '{mode}'; it must stay finite, and its "
-        "loads smooth"
+        f"the motion could not be integrated beyond {float(arc.end.t):.9g} s ({failure}{cause}), "
+        f"in the mode '{mode}'{required}"
     )
-
-
-def _recovering(course: Course) -> str:
-    """Return the fastest surface that recovers on an arc, in words; empty if none does."""
-    elements = course.system.elements
-    rates = {
-        i: force_law.relaxation
-        for i in springing_back(course.state)
-        if (force_law := elements[i].compliant) is not None and force_law.relaxation is not None
-    }
-    if not rates:
-        return ""
-    fastest = max(rates, key=rates.__getitem__)
-    return f", while {course.mode.names[fastest]} recovers at {float(rates[fastest]):.2g} 1/s"
