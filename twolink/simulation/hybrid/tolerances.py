@@ -224,7 +224,7 @@ NEAR_EDGE, NEAR_END = 1e-6, 1e-6
 DIFFERENCE = 2.0**-20
 
 # The least derivative of an event function (1/rad, 1/s) that such differences show. Read by doubts,
-# ends_of_events and steepness.
+# ends_of_events, event_order and steepness.
 FLAT = 2.0**-30
 
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
