@@ -27,6 +27,7 @@ from twolink.simulation import simulate
 from twolink.simulation.hybrid import event_order
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run
+from twolink.simulation.hybrid.state import put
 
 
 def scene(inertias, kinetic, static, u, torque, duration):
@@ -219,6 +220,20 @@ def test_a_point_that_leaves_its_dent_and_a_mat_at_once_leaves_a_doubt_for_large
     free = simulate(Scene(BARS, end.q, end.u, 0.1, (Gravity(9.81),)), samples=501)
     down = np.sin(free.q).sum(axis=0)
     assert doubt.within == pytest.approx((down[0] - down.min()) / np.cos(end.q).sum(), rel=0.1)
+
+
+def test_a_point_that_may_be_thrown_back_into_its_dent_leaves_a_doubt_for_any_error():
+    """An impact at the instant at which it leaves comes before or after."""
+    bare = on_a_mat()
+    motion = replace(bare, effects=(*bare.effects, JointStop("B", upper=0.5)))
+    run = hybrid_run(motion, np.linspace(0.0, 0.1, 3))
+    (arc,) = [arc for arc in run.arcs if arc.event and arc.event.kind is E.CLEARS]
+    (edge,) = [doubt for doubt in arc.doubts if doubt.trigger.kind is E.CLEARS]
+    system = system_of(*motion.effects)
+    (passed,) = event_order.doubts_on_order(system, arc, None, (edge,))
+    assert passed.within > 1e-4 > edge.within
+    struck = arc._replace(end=arc.end._replace(gaps=put(arc.end.gaps, 2, 0.0)))
+    assert event_order.doubts_on_order(system, struck, None, (edge,)) == (edge,)
 
 
 @pytest.mark.slow

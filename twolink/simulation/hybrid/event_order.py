@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.arc import Arc
+from twolink.simulation.hybrid.collision import nearby
 from twolink.simulation.hybrid.ends_of_events import Ends
 from twolink.simulation.hybrid.impact import speed_along
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
@@ -87,8 +88,10 @@ def _with_rise(system: HybridSystem, arc: Arc, touched: Sequence[Doubt]) -> tupl
     """Return doubts, of which those on the edge of a dent count only if its point may not leave it.
 
     Forces do not jump at the event that ends the arc, and the point leaves next if it has not yet.
+    An impact at the same instant may throw it back.
     """
-    if arc.event is None or arc.event.kind not in _WITHOUT_JUMP:
+    struck = any(index not in arc.end.touching for index in nearby(system, arc.end))
+    if struck or arc.event is None or arc.event.kind not in _WITHOUT_JUMP:
         return tuple(touched)
     return tuple(
         doubt._replace(within=max(doubt.within, _rise(system, arc, doubt.trigger)))
