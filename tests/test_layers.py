@@ -138,7 +138,7 @@ ROWS = {
         "impact_order",
         "collision start_of_arc",
         "ahead arc certificate course fastest_rate grip singular_pose zeno",
-        "effort end_of_arc no_motion steps_of_arc unseen",
+        "edge_of_dent effort end_of_arc no_motion steps_of_arc unseen",
         "painleve",
         "dense flow reactions select",
         "doubts_of_jump",

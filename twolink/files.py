@@ -134,7 +134,7 @@ def check_folder(path: Path) -> None:
 
 
 def _is_there(path: Path) -> bool:
-    """Return whether a path exists; `OSError` where that cannot be known (`Path.exists`: False)."""
+    """Return whether a path exists; unlike `Path.exists`, raise `OSError` if that is unknown."""
     try:
         path.stat()
     except (FileNotFoundError, NotADirectoryError):

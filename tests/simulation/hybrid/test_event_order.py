@@ -5,17 +5,12 @@ motions are known by rational arithmetic.
 """
 
 import math
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from tests.simulation.hybrid import BARS, system_of
-from tests.simulation.hybrid.test_doubts import cushioned
 from twolink.chain import Chain
-from twolink.contact.states import EventKind as E
-from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
@@ -25,9 +20,7 @@ from twolink.effects.sampled_torque import SampledTorque
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid import event_order
-from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.run import hybrid_run
-from twolink.simulation.hybrid.state import put
 
 
 def scene(inertias, kinetic, static, u, torque, duration):
@@ -199,59 +192,3 @@ def test_a_note_on_a_choice_ends_where_a_longer_run_has_decided_it():
     one, _ = BREAKS_5E_17_BEFORE_A_STOP
     assert any("the error of the run decides" in note for note in hybrid_run(one, [0, 1.5]).notes)
     assert simulate(one).notes == ()
-
-
-def on_a_mat(deeper=0.0):
-    """Return a scene in which D falls onto a yielding floor with a mat of rubber on its plane."""
-    bare = cushioned(0.0, 0.0, 1.51, 0.02, 0.3, 1e8, 0.1)
-    mat = CompliantSurface((0.0, 1.51 + deeper), (0.0, -1.0), "hertz", stiffness=1e7, name="mat")
-    return replace(bare, effects=(*bare.effects, mat))
-
-
-def on_edges(run):
-    return [doubt for doubt in run.doubts if doubt.trigger.kind is E.CLEARS]
-
-
-def test_a_point_that_leaves_its_dent_and_a_mat_at_once_leaves_a_doubt_for_large_errors():
-    """Whichever event is the first, the other follows: the point rises by v²/(2 a)."""
-    run = hybrid_run(on_a_mat(), np.linspace(0.0, 0.1, 3))
-    (end,) = [arc.end for arc in run.arcs if arc.event and arc.event.kind is E.CLEARS]
-    (doubt,) = on_edges(run)
-    free = simulate(Scene(BARS, end.q, end.u, 0.1, (Gravity(9.81),)), samples=501)
-    down = np.sin(free.q).sum(axis=0)
-    assert doubt.within == pytest.approx((down[0] - down.min()) / np.cos(end.q).sum(), rel=0.1)
-
-
-def test_a_point_that_may_be_thrown_back_into_its_dent_leaves_a_doubt_for_any_error():
-    """An impact at the instant at which it leaves comes before or after."""
-    bare = on_a_mat()
-    motion = replace(bare, effects=(*bare.effects, JointStop("B", upper=0.5)))
-    run = hybrid_run(motion, np.linspace(0.0, 0.1, 3))
-    (arc,) = [arc for arc in run.arcs if arc.event and arc.event.kind is E.CLEARS]
-    (edge,) = [doubt for doubt in arc.doubts if doubt.trigger.kind is E.CLEARS]
-    system = system_of(*motion.effects)
-    (passed,) = event_order.doubts_on_order(system, arc, None, (edge,))
-    assert passed.within > 1e-4 > edge.within
-    struck = arc._replace(end=arc.end._replace(gaps=put(arc.end.gaps, 2, 0.0)))
-    assert event_order.doubts_on_order(system, struck, None, (edge,)) == (edge,)
-
-
-@pytest.mark.slow
-def test_a_mat_on_the_plane_of_a_yielding_floor_is_one_a_little_above_or_below():
-    motion = simulate(on_a_mat(), samples=41)
-    assert motion.met
-    for deeper in (-1e-9, 1e-9):
-        near = simulate(on_a_mat(deeper), samples=41)
-        assert near.met
-        assert np.abs(near.q - motion.q).max() < 1e-8
-
-
-def test_doubts_on_the_edges_of_dents_stay_beside_the_end_of_a_slide():
-    """A slide that stops changes the forces: whether the point leaves its dent is open."""
-    chain = scene((2.0, 2.0), (1.0, 0.5), (1.5, 1.0), (1.0, 0.2), constant(0.0, 0.0), 1.0)
-    (arc, *_) = hybrid_run(chain, np.array([0.0, 1.0])).arcs
-    assert arc.event.kind is E.STOPS
-    end = float(arc.end.t)
-    edge = Doubt(end, Trigger(E.CLEARS, 0), math.inf, math.inf, end)
-    system = system_of(*chain.effects, chain=chain.chain)
-    assert edge in event_order.doubts_on_order(system, arc, None, (edge,))

@@ -33,7 +33,6 @@ from twolink.simulation.hybrid.tolerances import (
 from twolink.simulation.series import powers_of
 
 _BREAKAWAY = (EventKind.BREAKS, EventKind.STOPS)
-_OF_ORDER = (*_BREAKAWAY, EventKind.CLEARS)
 
 
 class StepOfArc(NamedTuple):
@@ -160,15 +159,15 @@ def doubt_of(
 def undecided_at(doubts: Iterable[Doubt], end: float) -> tuple[list[Doubt], list[Doubt]]:
     """Return the doubts of an arc before its end (s), and those that last until there.
 
-    The latter are those on a friction limit, the end of a slide or the edge of a dent: at the end
-    of the arc, it is their order with the event there that is in doubt.
+    The latter are those on a friction limit or the end of a slide: at the end of the arc, it is
+    their order with the event there that is in doubt.
     """
     before: list[Doubt] = []
     last: list[Doubt] = []
     for doubt in doubts:
         # A step is as long as a rounded difference of times.
         lasts = math.nextafter(doubt.until, math.inf) >= end
-        (last if lasts and doubt.trigger.kind in _OF_ORDER else before).append(doubt)
+        (last if lasts and doubt.trigger.kind in _BREAKAWAY else before).append(doubt)
     return before, last
 
 

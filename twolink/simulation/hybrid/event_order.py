@@ -18,11 +18,8 @@ from typing import NamedTuple
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.arc import Arc
-from twolink.simulation.hybrid.collision import nearby
 from twolink.simulation.hybrid.ends_of_events import Ends
-from twolink.simulation.hybrid.impact import speed_along
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.mode_at import solution_at
 from twolink.simulation.hybrid.replayed_order import (
     LOADS,
     Instant,
@@ -32,12 +29,9 @@ from twolink.simulation.hybrid.replayed_order import (
     followed,
 )
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import CLOSING, FLAT, MOST_TOGETHER
+from twolink.simulation.hybrid.tolerances import CLOSING, MOST_TOGETHER
 
 _KINDS = (EventKind.STOPS, EventKind.BREAKS)
-
-# The events at which neither speeds nor forces jump.
-_WITHOUT_JUMP = (EventKind.LEAVES, EventKind.CLEARS)
 
 _INFINITE = math.inf
 
@@ -61,10 +55,9 @@ def doubts_on_order(
 
     The arc ends by its event or, without one, by the `switch`, which otherwise may follow. Doubts
     that last until there have `touched` zero: they are on the order as well, but those on whether
-    the event that ends the arc comes at all, and those on the edges of dents. A run that `judges`
-    no other has doubts only on events that coincide.
+    the event that ends the arc comes at all. A run that `judges` no other has doubts only on events
+    that coincide.
     """
-    touched = _with_rise(system, arc, touched)
     cause = LOADS if arc.event is None else arc.event
     if cause is not None and cause.kind not in _KINDS:
         return tuple(touched)
@@ -74,48 +67,10 @@ def doubts_on_order(
         return tuple(touched)
     # A function that stays zero within its error just until it falls has not passed zero.
     end = math.nextafter(float(arc.end.t), _INFINITE)
-    own = tuple(
-        doubt
-        for doubt in touched
-        if doubt.trigger.kind not in _KINDS or (doubt.trigger == cause and doubt.until > end)
-    )
+    own = tuple(doubt for doubt in touched if doubt.trigger == cause and doubt.until > end)
     coming = _following if judges else _coinciding
     following = sorted(coming(system, arc, switch, touched), key=lambda each: each.within)
     return own + _on_order(system, arc, switch, following)
-
-
-def _with_rise(system: HybridSystem, arc: Arc, touched: Sequence[Doubt]) -> tuple[Doubt, ...]:
-    """Return doubts, of which those on the edge of a dent count only if its point may not leave it.
-
-    Forces do not jump at the event that ends the arc, and the point leaves next if it has not yet.
-    An impact at the same instant may throw it back.
-    """
-    struck = any(index not in arc.end.touching for index in nearby(system, arc.end))
-    if struck or arc.event is None or arc.event.kind not in _WITHOUT_JUMP:
-        return tuple(touched)
-    return tuple(
-        doubt._replace(within=max(doubt.within, _rise(system, arc, doubt.trigger)))
-        if doubt.trigger.kind is EventKind.CLEARS
-        else doubt
-        for doubt in touched
-    )
-
-
-def _rise(system: HybridSystem, arc: Arc, trigger: Trigger) -> float:
-    """Return the error of angles (rad) and speeds (rad/s) by which a point stays in its dent.
-
-    From the edge it rises by v²/(2 a), v its speed along the normal and a its acceleration toward
-    the surface. The event functions do not show it: the clock of an arc stands still where a point
-    leaves a pressed surface.
-    """
-    state, normal = arc.end, system.elements[trigger.index].normal
-    assert normal is not None
-    pose = system.pose(state.q)
-    row, du = pose.row(normal), solution_at(system, pose, state, arc.mode).du
-    speed = max(float(speed_along(row, state.u)), 0.0)
-    fall = -float(speed_along(row, du) + pose.bias(normal, state.u))
-    rise = speed * speed / (2 * fall) if fall > 0 else _INFINITE
-    return min(rise, speed) / max(float(abs(row[0]) + abs(row[1])), FLAT)
 
 
 def _lasts(arc: Arc) -> bool:

@@ -9,14 +9,18 @@ from twolink.arithmetic import sqrt
 from twolink.simulation.hybrid.mode import Mode
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.tolerances import SHORT_STEPS
 
 
 def fastest_rate(system: HybridSystem, mode: Mode, state: HybridState) -> str:
-    """Return the surface that recovers or damps fastest, in words; empty if none does either.
+    """Return the surface that recovers or damps fastest, in words; empty if none is fast.
 
-    The words continue a sentence: ", while D on floor damps at 1e+07 1/s".
+    The words continue a sentence: ", while D on floor damps at 1e+07 1/s". Steps are about as long
+    as the inverse of a rate: a slower one is no reason for short steps.
     """
-    rates = [*_recovering(system, state), *_damping(system, state)]
+    fast = 1 / (SHORT_STEPS * float(system.longest_step))
+    every = *_recovering(system, state), *_damping(system, state)
+    rates = [found for found in every if found[0] > fast]
     if not rates:
         return ""
     rate, index, verb = max(rates)

@@ -20,6 +20,7 @@ from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.doubts import undecided_at
 from twolink.simulation.hybrid.doubts_of_jump import of_flat_event
 from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
+from twolink.simulation.hybrid.edge_of_dent import doubts_with_rise
 from twolink.simulation.hybrid.effort import Effort, Work
 from twolink.simulation.hybrid.event_order import doubts_on_order
 from twolink.simulation.hybrid.flow import flow
@@ -143,7 +144,8 @@ class History:
             self.unseen = passed_change(self.system, arc)
         if not arc.doubts:
             return ()
-        before, undecided = undecided_at(arc.doubts, float(arc.end.t))
+        doubts = doubts_with_rise(self.system, arc)
+        before, undecided = undecided_at(doubts, float(arc.end.t))
         self._doubt(before)
         return undecided
 

@@ -150,7 +150,7 @@ MANY_STEPS = 2_000
 MOST_STEPS = 1_000_000
 
 # Part of the longest step. Only an arc, or a run, whose steps are shorter is given up for their
-# number: a long motion takes many steps of the usual length. Read by effort and flow.
+# number: a long motion takes many steps of the usual length. Read by effort, fastest_rate and flow.
 SHORT_STEPS = 1e-3
 
 # Times the duration of the last arc in the same mode. The first steps of the next one are at most
@@ -224,7 +224,7 @@ NEAR_EDGE, NEAR_END = 1e-6, 1e-6
 DIFFERENCE = 2.0**-20
 
 # The least derivative of an event function (1/rad, 1/s) that such differences show. Read by doubts,
-# ends_of_events, event_order and steepness.
+# edge_of_dent, ends_of_events and steepness.
 FLAT = 2.0**-30
 
 # Halvings of a step before a root that is not isolated counts as a double root. Read by roots.
