@@ -66,9 +66,11 @@ OTHERS = "…"
 # do not import each other. "__init__" is the last row where it is not named.
 ROWS = {
     "twolink.urdf": [
-        "spatial text",
+        "link_parameters spatial text",
         "inertia reading",
         "lumping",
+        "tip",
+        "plane",
         "planar",
         "mechanics plausibility writing",
         "description repair",

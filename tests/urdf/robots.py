@@ -42,6 +42,27 @@ PLAIN = """\
 """
 
 
+SHOULDER_AXIS = '<axis xyz="0 1 0"/>'
+SHOULDER_ORIGIN = '<origin xyz="0 0 0"/>'
+ELBOW_AXIS = '<axis xyz="0 1.0 0"/>'
+ELBOW_ORIGIN = '<origin xyz="1 0 0" rpy="0 0 0"/>'
+TOOL_ORIGIN = '<origin xyz="0.6 0 0"/>'
+LOWER_CENTRE = '<origin xyz="0.25 0 0"/>'
+EVERY_AXIS = ((SHOULDER_AXIS, '<axis xyz="{}"/>'), (ELBOW_AXIS, '<axis xyz="{}"/>'))
+# The edit that gives the tool a mass, in a frame that is turned about x.
+MASSIVE_TOOL = (
+    '<link name="tool"/>',
+    '<link name="tool"><inertial><origin xyz="0 5 0.4" rpy="1.5707963267948966 0 0"/>'
+    '<mass value="0.5"/><inertia ixx="1" ixy="0" ixz="0" iyy="2" iyz="0" izz="4"/>'
+    "</inertial></link>",
+)
+
+
+def about(axis: str) -> tuple[tuple[str, str], ...]:
+    """Return the edits that turn both axes of the plain robot."""
+    return tuple((old, new.format(axis)) for old, new in EVERY_AXIS)
+
+
 def edited(*edits: tuple[str, str]) -> str:
     """Return the plain robot with pieces of its text replaced, each of which must be there."""
     text = PLAIN

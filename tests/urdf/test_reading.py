@@ -2,31 +2,12 @@
 
 import pytest
 
-from tests.urdf.robots import PLAIN, edited, without
-from twolink import UrdfError
+from tests.urdf.robots import ELBOW_AXIS, ELBOW_ORIGIN, PLAIN, edited, without
+from tests.urdf.sentences import names, refusal
 from twolink.urdf import parse_planar_urdf
 from twolink.urdf.reading import parse_tree
 
 LIMIT = '<limit effort="1" velocity="1"/>'
-ELBOW_AXIS = '<axis xyz="0 1.0 0"/>'
-ELBOW_ORIGIN = '<origin xyz="1 0 0" rpy="0 0 0"/>'
-
-
-def refusal(text: str, **reading) -> str:
-    with pytest.raises(UrdfError) as caught:
-        parse_planar_urdf(text, source="arm.urdf", **reading)
-    sentence = str(caught.value)
-    assert len(sentence.splitlines()) == 1
-    assert sentence.startswith("arm.urdf: ")
-    assert sentence.count("arm.urdf") == 1
-    assert "must" in sentence
-    assert len(sentence) < 600
-    return sentence
-
-
-def names(sentence: str, *words: str) -> None:
-    for word in words:
-        assert word in sentence, (word, sentence)
 
 
 def test_the_plain_robot_is_accepted():

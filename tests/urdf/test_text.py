@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.urdf.robots import PLAIN
-from tests.urdf.test_reading import names
+from tests.urdf.sentences import names
 from twolink import UrdfError
 from twolink.text import one_line
 from twolink.urdf import parse_planar_urdf, read_planar_urdf

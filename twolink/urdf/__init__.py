@@ -8,18 +8,14 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from twolink.urdf.planar import (
-        LinkParameters,
-        PlanarUrdf,
-        parse_planar_urdf,
-        read_planar_urdf,
-    )
+    from twolink.urdf.link_parameters import LinkParameters
+    from twolink.urdf.planar import PlanarUrdf, parse_planar_urdf, read_planar_urdf
     from twolink.urdf.writing import JointProperties, write_planar_urdf
 
 # Public names and their modules, imported on first use: most scenes have no URDF.
 _HOMES = {
     "JointProperties": "twolink.urdf.writing",
-    "LinkParameters": "twolink.urdf.planar",
+    "LinkParameters": "twolink.urdf.link_parameters",
     "PlanarUrdf": "twolink.urdf.planar",
     "parse_planar_urdf": "twolink.urdf.planar",
     "read_planar_urdf": "twolink.urdf.planar",

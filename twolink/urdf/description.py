@@ -8,8 +8,9 @@ from os import PathLike
 
 from twolink.inputs import as_path
 from twolink.text import quoted
+from twolink.urdf.link_parameters import LinkParameters
 from twolink.urdf.lumping import RigidBody, two_bodies
-from twolink.urdf.planar import LinkParameters, PlanarUrdf, parse_planar_urdf
+from twolink.urdf.planar import PlanarUrdf, parse_planar_urdf
 from twolink.urdf.plausibility import warnings_of
 from twolink.urdf.reading import Limits, Tree, naming, parse_tree
 from twolink.urdf.spatial import Vector3, turn

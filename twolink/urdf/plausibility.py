@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from twolink.text import quoted
 from twolink.urdf.inertia import principal_moments, violates_triangle
+from twolink.urdf.link_parameters import LinkParameters
 from twolink.urdf.lumping import RigidBody
-from twolink.urdf.planar import LinkParameters, PlanarUrdf
+from twolink.urdf.planar import PlanarUrdf
 from twolink.urdf.reading import Limits, Tree
 
 # Links longer or shorter than these (m) are of millimetres or kilometres by mistake, or toys.

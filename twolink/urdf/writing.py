@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from twolink.errors import ParameterError
 from twolink.inputs import as_word, refuse
-from twolink.urdf.planar import LinkParameters
+from twolink.urdf.link_parameters import LinkParameters
 from twolink.urdf.reading import UNLIMITED, Limits
 
 _COMMENT = """\
