@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from twolink.chain import Chain, Point
+from twolink.chain import Chain, Point, Rotor
 from twolink.errors import ParameterError
 
 GOOD = {
@@ -114,3 +114,27 @@ def test_a_determinant_that_hardly_varies_is_held_by_float64_all_the_same():
         (1000000.0, 1.333521432163324),
     )
     assert chain.m2 == 1.333521432163324e-06
+
+
+@pytest.mark.parametrize(
+    ("rotor", "sentence"),
+    [
+        (Rotor(-5.0, (1.0, 0.0)), r"rotor 1: inertia must be zero or a positive .*; got -5\.0"),
+        (Rotor(math.nan, (1.0, 0.0)), "rotor 1: inertia must be zero or a positive"),
+        (Rotor("a", (1.0, 0.0)), "rotor 1: inertia must be a number; got 'a'"),
+        (Rotor(0.1, (1.0, 0.0, 2.0)), "rotor 1: turning must be a pair of finite numbers; got"),
+        (Rotor(0.1, (math.inf, 0.0)), "rotor 1: turning must be a pair of finite numbers; got"),
+        (Rotor(0.1, 3.0), r"rotor 1: turning must be a pair of finite numbers; got 3\.0"),
+        (5, "rotors must be a sequence of rotors; got 5"),
+    ],
+)
+def test_rotors_that_add_no_inertia_are_refused(rotor, sentence):
+    with pytest.raises(ParameterError, match=sentence):
+        Chain(**GOOD, rotors=(rotor,))
+    with pytest.raises(ParameterError, match=sentence):
+        Chain(**GOOD).with_rotors((rotor,))
+
+
+def test_rotors_are_a_sequence():
+    with pytest.raises(ParameterError, match="rotors must be a sequence of rotors; got 5"):
+        Chain(**GOOD).with_rotors(5)

@@ -4,6 +4,7 @@ import pytest
 from tests.verification.chains import GENERAL
 from twolink import lagrange
 from twolink.coordinates import JointConvention
+from twolink.errors import ParameterError
 
 CONVENTIONS = [
     JointConvention(),
@@ -56,3 +57,26 @@ def test_matrices_map_on_both_sides(joints):
     assert np.array(joints.joint_columns(rows)) == pytest.approx(np.array(rows) @ S)
     lopsided = ((1.0, 2.0), (5.0, -4.0))
     assert np.array(joints.joint_matrix(lopsided)) == pytest.approx(S.T @ lopsided @ S)
+
+
+@pytest.mark.parametrize(
+    ("sign", "offset", "sentence"),
+    [
+        ((2, 1), (0.0, 0.0), r"sign must be a pair of signs, each 1 or -1; got \(2, 1\)"),
+        ((0, 1), (0.0, 0.0), "sign must be a pair of signs"),
+        ((1,), (0.0, 0.0), "sign must be a pair of signs"),
+        ("ab", (0.0, 0.0), "sign must be a pair of signs, each 1 or -1; got 'ab'"),
+        ((1, 1), (float("nan"), 0.0), r"offset\[0\] must be a finite real number; got nan"),
+        ((1, 1), (0.0, 0.0, 0.0), "offset must be a pair of angles in rad"),
+        ((1, 1), 0.5, r"offset must be a pair of angles in rad; got 0\.5"),
+    ],
+)
+def test_other_signs_and_offsets_are_refused(sign, offset, sentence):
+    with pytest.raises(ParameterError, match=sentence):
+        JointConvention(sign, offset)
+
+
+def test_arrays_of_signs_and_offsets_become_tuples():
+    joints = JointConvention(np.array([1.0, -1.0]), np.array([0.5, 1]))
+    assert joints == JointConvention((1, -1), (0.5, 1.0))
+    assert hash(joints) == hash(JointConvention((1, -1), (0.5, 1.0)))

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from twolink import limits
-from twolink.errors import TooMuchError
+from twolink.errors import ParameterError, TooMuchError
 from twolink.limits import UNLIMITED, Forecast, Limits, in_bytes, in_time
 
 
@@ -130,3 +130,19 @@ def test_a_slow_part_of_a_run_does_not_end_it(monkeypatch):
         report(share)
     with pytest.raises(TooMuchError):
         report(0.33)
+
+
+@pytest.mark.parametrize(
+    ("limits", "sentence"),
+    [
+        ((math.nan,), "seconds must be a positive number, or infinity; got nan"),
+        ((1.0, math.nan), "memory must be a positive number, or infinity; got nan"),
+        ((0,), "seconds must be a positive number, or infinity; got 0"),
+        ((1.0, -1e9), "memory must be a positive number"),
+        (("a",), "seconds must be a number; got 'a'"),
+        ((None,), "seconds must be a number; got None"),
+    ],
+)
+def test_limits_that_are_no_positive_numbers_are_refused(limits, sentence):
+    with pytest.raises(ParameterError, match=sentence):
+        Limits(*limits)

@@ -28,6 +28,7 @@ from twolink.chain_checks import (
     pair_of_links,
     positive,
     rods,
+    rotor_parameters,
 )
 from twolink.errors import ParameterError
 from twolink.files import atomic_write
@@ -188,6 +189,7 @@ class Chain(Kept):
 
         `convert` converts the fractions themselves.
         """
+        rotors = _rotors(rotors)
         exact = (*(self._exact_rotors or self.rotors), *rotors)
         return replace(self, rotors=(*self.rotors, *_nearest(rotors)), _exact_rotors=exact)
 
@@ -328,7 +330,7 @@ def _rotors(rotors: Any) -> tuple[Rotor, ...]:
     for entry in entries:
         if not isinstance(entry, Rotor):
             refuse("rotors", entry, "a sequence of rotors")
-    return entries
+    return tuple(Rotor(*rotor_parameters(k, *entry)) for k, entry in enumerate(entries, start=1))
 
 
 def _converted(value: Any, number: Callable[[Any], Scalar]) -> Scalar:

@@ -64,6 +64,25 @@ def _entry(link: int, name: str, entry: Any) -> Any:
     return pair
 
 
+def rotor_parameters(number: int, inertia: Any, turning: Any) -> tuple[Any, Pair]:
+    """Return the inertia (kg m²) and the turning of a rotor, which are numbers.
+
+    Raises `ParameterError` for a negative inertia, and for numbers that are not finite.
+    """
+    where = f"rotor {number}"
+    inertia = as_scalar(f"{where}: inertia", inertia)
+    if _is_real(inertia) and not (inertia >= 0 and math.isfinite(inertia)):
+        refuse(f"{where}: inertia", inertia, "zero or a positive number of kg m²")
+    wanted = "a pair of finite numbers"
+    turns = tuple(
+        as_scalar(f"{where}: turning", turn)
+        for turn in as_tuple(f"{where}: turning", turning, wanted)
+    )
+    if len(turns) != 2 or not all(math.isfinite(turn) for turn in turns if _is_real(turn)):
+        refuse(f"{where}: turning", turning, wanted)
+    return inertia, turns
+
+
 def check_positive_definite(
     mass: Pair, length: Pair, centre: tuple[Pair, Pair], inertia: Pair
 ) -> None:

@@ -12,6 +12,7 @@ generalized forces by Sᵀ, and the mass matrix by Sᵀ M S.
 from dataclasses import dataclass
 
 from twolink.arithmetic import Matrix, Pair
+from twolink.inputs import as_pair, as_real, refuse
 
 
 @dataclass(frozen=True)
@@ -19,11 +20,22 @@ class JointConvention:
     """The signs and offsets that relate joint angles θ to absolute angles q.
 
     `sign` is s1, s2 (each +1 or -1); `offset` is φ1, φ2 in rad. Every method takes and returns
-    pairs whose entries have any scalar type, or arrays of one shape.
+    pairs whose entries have any scalar type, or arrays of one shape. Raises `ParameterError` for
+    other signs, and for offsets that are not finite.
     """
 
     sign: tuple[int, int] = (1, 1)
     offset: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Check both pairs, and keep them as whole numbers and floats."""
+        signs = as_pair("sign", self.sign, "a pair of signs, each 1 or -1")
+        if not all(sign in (1, -1) for sign in signs):
+            refuse("sign", self.sign, "a pair of signs, each 1 or -1")
+        offsets = as_pair("offset", self.offset, "a pair of angles in rad")
+        finite = (as_real(f"offset[{k}]", angle) for k, angle in enumerate(offsets))
+        object.__setattr__(self, "sign", tuple(map(int, signs)))
+        object.__setattr__(self, "offset", tuple(finite))
 
     def absolute_angles(self, joint_angles: Pair) -> Pair:
         """Return q1, q2 (rad) of the joint angles θ1, θ2 (rad)."""

@@ -7,8 +7,27 @@ The x-axis points right, the y-axis down; vectors are pairs (x, y). Angles q are
 u = dq/dt (rad/s) and du = d²q/dt² (rad/s²). Entries may have any scalar type, or be arrays.
 """
 
+from typing import Any
+
+import numpy as np
+
 from twolink.arithmetic import Pair, cos, sin, sine_and_cosine
 from twolink.chain import Chain, Point
+from twolink.inputs import as_number, check_instance, refuse
+
+
+def as_point(name: str, value: Any) -> Point:
+    """Return a point of link 1 or 2 whose coordinates are numbers, or raise `ParameterError`."""
+    check_instance(name, value, Point)
+    coordinates = (as_number(f"{name}: {own}", getattr(value, own)) for own in ("along", "across"))
+    return Point(as_link(f"{name}: link", value.link), *coordinates)
+
+
+def as_link(name: str, value: Any) -> int:
+    """Return the number of a link, 1 or 2, or raise `ParameterError`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value not in (1, 2):
+        refuse(name, value, "1 or 2")
+    return int(value)
 
 
 def position(chain: Chain, q: Pair, point: Point) -> Pair:

@@ -11,17 +11,28 @@ from dataclasses import dataclass
 from time import perf_counter, thread_time
 
 from twolink.errors import TooMuchError
+from twolink.inputs import as_number, nearest_float, refuse
 
 
 @dataclass(frozen=True)
 class Limits:
     """The most that a run may take: seconds of computing, and bytes of memory.
 
-    If `seconds` is infinite, the work for modes and that in 113 bits are not limited either.
+    If `seconds` is infinite, the work for modes and that in 113 bits are not limited either. Raises
+    `ParameterError` unless both are positive; infinity is.
     """
 
     seconds: float = 3600.0
     memory: float = 4e9
+
+    def __post_init__(self) -> None:
+        """Check both numbers, and keep them as floats."""
+        for name in ("seconds", "memory"):
+            given = getattr(self, name)
+            number = nearest_float(as_number(name, given))
+            if not number > 0:
+                refuse(name, given, "a positive number, or infinity")
+            object.__setattr__(self, name, number)
 
     @property
     def are_lifted(self) -> bool:

@@ -12,12 +12,13 @@ from tests.effects.test_custom_elements import Elements
 from tests.effects.test_inputs_of_effects import GOOD
 from twolink import arithmetic
 from twolink.arithmetic import cos, exp, sign, sin, sqrt
-from twolink.chain import Chain
+from twolink.chain import Chain, Point
 from twolink.effects import (
     EFFECTS,
     ContactEffect,
     Effect,
     PiecewiseEffect,
+    RotorEffect,
     custom,
     effect_class,
 )
@@ -95,8 +96,17 @@ def test_loads_that_cannot_be_compiled(effect, words):
         ),
         (lambda *_: (1.0,), r"loads must be a tuple of Force and Torque; got 1\.0 in it"),
         (lambda *_: (Torque(3, 1.0),), "effect Acting: link must be 1 or 2; got 3"),
-        (lambda *_: (Torque(1, "2"),), "effect Acting: a load must be a number; got '2'"),
+        (lambda *_: (Torque(1, "2"),), "effect Acting: moment must be a number; got '2'"),
+        (lambda *_: (Torque(2.0, 1.0),), r"effect Acting: link must be 1 or 2; got 2\.0"),
+        (lambda *_: (Torque(True, 1.0),), "effect Acting: link must be 1 or 2; got True"),
         (lambda c, *_: (Force(c.D, 1.0),), "components must be a pair of numbers; got 1"),
+        (lambda c, *_: (Force(c.D, (1.0, 2.0, 3.0)),), "components must be a pair of numbers; got"),
+        (lambda c, *_: (Force(c.D, (1.0,)),), "components must be a pair of numbers; got"),
+        (lambda *_: (Force((2, 1.0, 0.0), (1.0, 2.0)),), "point must be a Point; got"),
+        (
+            lambda *_: (Force(Point(0, 1.0, 0.0), (1.0, 2.0)),),
+            "effect Acting: point: link must be 1 or 2; got 0",
+        ),
         (lambda c, q, u, t: 1 / 0, "raised ZeroDivisionError: division by zero"),
         (lambda chain: (), "raised TypeError: "),
     ],
@@ -119,6 +129,61 @@ def test_effects_of_the_library_are_smooth_at_rest(name):
     if not isinstance(effect, ContactEffect):
         scene = Scene(SCENE.chain, (0.0, 0.0), (0.0, 0.0), 0.1, (effect,))
         assert simulate(scene).met
+
+
+class WithEnergy(Gravity):
+    """An effect whose potential energy is any object."""
+
+    def __init__(self, energy):
+        object.__setattr__(self, "energy", energy)
+
+    def potential_energy(self, chain, q):
+        return self.energy
+
+
+@pytest.mark.parametrize("energy", [None, "x", (1.0, 2.0)])
+def test_a_potential_energy_that_is_no_number_is_refused(energy):
+    with pytest.raises(ParameterError, match="WithEnergy: potential_energy must be a number; got"):
+        replace(SCENE, effects=(WithEnergy(energy),))
+
+
+class WithRotors(RotorEffect):
+    """An effect whose rotors are those of a function of the chain."""
+
+    def __init__(self, function):
+        self.function = function
+
+    def with_rotors(self, chain):
+        return self.function(chain)
+
+
+@pytest.mark.parametrize(
+    ("function", "sentence"),
+    [
+        (lambda chain: None, "effect WithRotors: with_rotors must be a Chain; got None"),
+        (lambda chain: 5, "effect WithRotors: with_rotors must be a Chain; got 5"),
+        (lambda chain: 1 / 0, "effect WithRotors: with_rotors raised ZeroDivisionError"),
+    ],
+)
+def test_rotors_that_make_no_chain_are_refused(function, sentence):
+    with pytest.raises(ParameterError, match=sentence):
+        replace(SCENE, effects=(WithRotors(function),))
+
+
+class Timeless(Effect):
+    """An effect whose times cannot be had."""
+
+    @property
+    def shortest_time(self):
+        return 1 / 0
+
+    def loads(self, chain, q, u, t=0.0):
+        return ()
+
+
+def test_a_time_that_raises_an_error_is_one_sentence():
+    with pytest.raises(ParameterError, match="Timeless: shortest_time raised ZeroDivisionError"):
+        replace(SCENE, effects=(Timeless(),))
 
 
 @pytest.mark.parametrize("effect", [3, "gravity", None, Gravity, object(), Acting])

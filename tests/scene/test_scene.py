@@ -416,6 +416,11 @@ def test_scenes_that_no_file_can_express_are_refused(change, words):
             {"method": "DOP835"},
             f"method must be one of {', '.join(METHODS)}; got 'DOP835' (did you mean 'DOP853'?)",
         ),
+        ({"joints": "foo"}, "joints must be a JointConvention; got 'foo'"),
+        ({"joints": (1, 1)}, "joints must be a JointConvention; got (1, 1)"),
+        ({"notes": "abc"}, "notes must be a sequence of strings; got 'abc'"),
+        ({"notes": 5}, "notes must be a sequence of strings; got 5"),
+        ({"notes": (5,)}, "notes[0] must be a string; got 5"),
     ],
 )
 def test_a_scene_that_is_no_motion_is_refused(change, words):

@@ -4,6 +4,7 @@ a mirror image, and depends neither on units nor on the order of effects, nor on
 None of them needs another simulator to tell the right motion.
 """
 
+import functools
 import math
 from dataclasses import replace
 
@@ -136,11 +137,11 @@ def test_a_motion_changes_with_its_scene(change, sign, second, draw, scenes):
     """
     compared = 0
     for index in range(scenes):
-        scene = draw(SEED, index)
-        if scene.duration > 3:
+        scene, one = drawn(draw, index)
+        if one is None or not one.met:
             continue
-        one, two = simulated(scene), simulated(change(scene, index))
-        if one is None or two is None or not (one.met and two.met):
+        two = simulated(change(scene, index))
+        if two is None or not two.met:
             continue
         times = np.linspace(0.0, scene.duration, 41)[1:-1] + 1e-7
         times = clear_of_impacts(times, one)
@@ -166,8 +167,7 @@ def test_a_motion_does_not_depend_on_how_it_is_stated(restate, draw, first, scen
     """A later start has the rounding of its state, which grows like that of the first run."""
     compared = 0
     for index in range(first, first + scenes):
-        scene = draw(SEED, index)
-        one = simulated(scene) if scene.duration <= 3 else None
+        scene, one = drawn(draw, index)
         made = restate(one, np.random.default_rng([SEED, index])) if one and one.met else None
         if made is None:
             continue
@@ -186,6 +186,13 @@ def test_a_motion_does_not_depend_on_how_it_is_stated(restate, draw, first, scen
         assert other_u == pytest.approx(u, abs=most, rel=0), index
         compared += 1
     assert compared >= max(1, scenes // 8)
+
+
+@functools.cache
+def drawn(draw, index):
+    """Return a random scene and its motion, with which all changes of the scene are compared."""
+    scene = draw(SEED, index)
+    return scene, simulated(scene) if scene.duration <= 3 else None
 
 
 def simulated(scene):

@@ -13,6 +13,7 @@ import math
 import sys
 from collections.abc import Callable
 from itertools import pairwise
+from operator import attrgetter
 from types import FrameType
 from typing import Any, NoReturn
 
@@ -26,7 +27,8 @@ from twolink.effects.effect import (
     RotorEffect,
 )
 from twolink.errors import ParameterError
-from twolink.inputs import as_number, as_tuple, refuse
+from twolink.inputs import as_number, as_pair, as_tuple, check_instance, refuse
+from twolink.kinematics import as_link, as_point
 from twolink.loads import Force, Torque
 from twolink.text import quoted
 from twolink.values import is_value
@@ -56,8 +58,9 @@ def checked(effect: Any, chain: Chain) -> Any:
             "effects must be a sequence of instances of twolink.effects.Effect; got "
             f"{quoted(effect)} in it"
         )
-    if not as_number(f"effect {name}: shortest_time", effect.shortest_time) > 0:
-        refuse(f"effect {name}: shortest_time", effect.shortest_time, "a positive time in s")
+    shortest = _called(name, "shortest_time", attrgetter("shortest_time"), effect)
+    if not as_number(f"effect {name}: shortest_time", shortest) > 0:
+        refuse(f"effect {name}: shortest_time", shortest, "a positive time in s")
     kept = effect if is_value(effect) else _copy(effect, name)
     _try(kept, name, chain)
     return kept
@@ -96,7 +99,11 @@ def _try(effect: Any, name: str, chain: Chain) -> None:
         method = ("smooth_loads", acting.smooth_loads) if smooth else ("loads", acting.loads)
         _check_loads(name, _tried(name, *method, plain, q, u, t))
         if isinstance(acting, ConservativeEffect):
-            _tried(name, "potential_energy", acting.potential_energy, plain, q)
+            energy = _tried(name, "potential_energy", acting.potential_energy, plain, q)
+            as_number(f"effect {name}: potential_energy", energy)
+    if isinstance(effect, RotorEffect):
+        moved = _called(name, "with_rotors", effect.with_rotors, plain)
+        check_instance(f"effect {name}: with_rotors", moved, Chain)
     if isinstance(effect, ContactEffect):
         elements = _called(name, "contact_elements", effect.contact_elements, plain)
         check_elements(name, as_tuple(f"effect {name}: contact_elements", elements, ELEMENTS))
@@ -104,7 +111,8 @@ def _try(effect: Any, name: str, chain: Chain) -> None:
 
 def _pieces(effect: PiecewiseEffect, name: str) -> tuple[Effect, ...]:
     """Return the pieces of an effect. Raises `ParameterError` unless they are smooth loads."""
-    times = as_tuple(f"effect {name}: discontinuities", effect.discontinuities, "a tuple of times")
+    declared = _called(name, "discontinuities", attrgetter("discontinuities"), effect)
+    times = as_tuple(f"effect {name}: discontinuities", declared, "a tuple of times")
     known = [as_number(f"effect {name}: a discontinuity", t) for t in times]
     rises = all(early < late for early, late in pairwise(known))
     if not (rises and all(math.isfinite(t) for t in known)):
@@ -156,19 +164,16 @@ def _check_loads(name: str, loads: tuple[Any, ...]) -> None:
     """Require that each load is a force at a point of a link or a torque on a link."""
     for load in loads:
         if isinstance(load, Torque):
-            link, numbers = load.link, (load.moment,)
+            as_link(f"effect {name}: link", load.link)
+            as_number(f"effect {name}: moment", load.moment)
         elif isinstance(load, Force):
-            link = load.point.link
-            numbers = as_tuple(f"effect {name}: components", load.components, "a pair of numbers")
+            as_point(f"effect {name}: point", load.point)
+            as_pair(f"effect {name}: components", load.components)
         else:
             raise ParameterError(
                 f"effect {name}: loads must be a tuple of Force and Torque; got "
                 f"{quoted(load)} in it"
             )
-        if link not in (1, 2):
-            raise ParameterError(f"effect {name}: link must be 1 or 2; got {quoted(link)}")
-        for number in numbers:
-            as_number(f"effect {name}: a load", number)
 
 
 def _line(error: Exception) -> str:

@@ -31,6 +31,8 @@ from twolink.inputs import (
     as_path,
     as_tuple,
     as_word,
+    as_words,
+    check_instance,
     is_number,
     nearest_float,
     refuse,
@@ -84,6 +86,9 @@ class Scene:
         kept["method"] = as_choice("method", self.method, METHODS)
         for name in ("title", "shows"):
             kept[name] = as_word(name, getattr(self, name))
+        kept["notes"] = as_words("notes", self.notes)
+        if self.joints is not None:
+            check_instance("joints", self.joints, JointConvention)
         wanted = "a sequence of effects, such as (Gravity(),)"
         kept["effects"] = as_tuple("effects", self.effects, wanted)
         for name, value in kept.items():

@@ -16,7 +16,7 @@ from twolink.effects import (
     potential_energy,
 )
 from twolink.errors import SimulationError
-from twolink.inputs import as_floats, as_path, as_times, check_instance, refuse
+from twolink.inputs import as_floats, as_path, as_times, refuse
 from twolink.integration.precisions import PRECISIONS
 from twolink.limits import UNLIMITED
 from twolink.scene import Scene
@@ -152,13 +152,13 @@ class Trajectory(Views):
 
     def position(self, point: Point) -> Array:
         """Return the x and y of a point (m), shape (2, n)."""
-        check_instance("point", point, Point)
-        return np.array(kinematics.position(self.chain, tuple(self.q), point))
+        own = kinematics.as_point("point", point)
+        return np.array(kinematics.position(self.chain, tuple(self.q), own))
 
     def velocity(self, point: Point) -> Array:
         """Return the velocity of a point (m/s), shape (2, n)."""
-        check_instance("point", point, Point)
-        return np.array(kinematics.velocity(self.chain, tuple(self.q), tuple(self.u), point))
+        own = kinematics.as_point("point", point)
+        return np.array(kinematics.velocity(self.chain, tuple(self.q), tuple(self.u), own))
 
     @property
     def kinetic_energy(self) -> Array:
