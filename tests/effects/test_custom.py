@@ -170,6 +170,18 @@ def test_rotors_that_make_no_chain_are_refused(function, sentence):
         replace(SCENE, effects=(WithRotors(function),))
 
 
+class WithoutInertia(MotorInertia):
+    """An effect that does not set the fields of its class."""
+
+    def __init__(self):
+        pass
+
+
+def test_a_field_that_is_not_set_is_one_sentence():
+    with pytest.raises(ParameterError, match="WithoutInertia: a field raised AttributeError: "):
+        replace(SCENE, effects=(WithoutInertia(),))
+
+
 class Timeless(Effect):
     """An effect whose times cannot be had."""
 

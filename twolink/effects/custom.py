@@ -61,7 +61,7 @@ def checked(effect: Any, chain: Chain) -> Any:
     shortest = _called(name, "shortest_time", attrgetter("shortest_time"), effect)
     if not as_number(f"effect {name}: shortest_time", shortest) > 0:
         refuse(f"effect {name}: shortest_time", shortest, "a positive time in s")
-    kept = effect if is_value(effect) else _copy(effect, name)
+    kept = effect if _called(name, "a field", is_value, effect) else _copy(effect, name)
     _try(kept, name, chain)
     return kept
 
