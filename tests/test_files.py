@@ -19,6 +19,7 @@ from twolink.files import (
     check_no_mark,
     check_readable,
     check_writable,
+    is_same_file,
     new_folder,
     read_bytes,
     scratch_folder,
@@ -71,6 +72,21 @@ def test_a_file_that_was_there_keeps_its_permissions(tmp_path):
     file.touch(0o600)
     write(file)
     assert stat.S_IMODE(file.stat().st_mode) == 0o600
+
+
+def test_a_file_has_many_names(tmp_path, monkeypatch):
+    file, other, link = tmp_path / "a", tmp_path / "b", tmp_path / "link"
+    file.touch()
+    other.touch()
+    link.symlink_to(file)
+    monkeypatch.chdir(tmp_path)
+    for name in (file, link, Path("a"), tmp_path / ".." / tmp_path.name / "a"):
+        assert is_same_file(file, name)
+        assert is_same_file(name, file)
+        assert not is_same_file(name, other)
+    for none in (tmp_path / "none", Path("a\0"), Path("a" * 5000), file / "a"):
+        assert not is_same_file(none, file)
+        assert not is_same_file(none, none)
 
 
 def test_links_are_followed(tmp_path):

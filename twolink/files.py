@@ -142,6 +142,14 @@ def _is_there(path: Path) -> bool:
     return True
 
 
+def is_same_file(one: Path, other: Path) -> bool:
+    """Return whether two names, or the links that they are, lead to one file that exists."""
+    try:
+        return one.samefile(other)
+    except (OSError, ValueError):
+        return False
+
+
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a temporary file beside `path`, which takes its place once all is written.

@@ -101,7 +101,7 @@ def test_the_program_without_arguments_lists_the_commands():
     ],
 )
 def test_every_error_has_an_exit_code(error, code, words, monkeypatch):
-    def fails(*_):
+    def fails(*_, **__):
         raise error
 
     monkeypatch.setattr(sys.modules["twolink.cli.simulate"], "check_target", fails)
@@ -111,7 +111,7 @@ def test_every_error_has_an_exit_code(error, code, words, monkeypatch):
 
 
 def test_a_bug_of_the_program_raises_its_exception(monkeypatch):
-    def fails(*_):
+    def fails(*_, **__):
         raise ZeroDivisionError("a bug")
 
     monkeypatch.setattr(sys.modules["twolink.cli.simulate"], "check_target", fails)

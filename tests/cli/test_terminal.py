@@ -84,6 +84,45 @@ def test_file_names_that_are_no_text(tmp_path):
     assert "bad\\udcff.urdf" in (tmp_path / "v.json").read_text()
 
 
+@pytest.mark.parametrize(
+    ("words", "name", "target"),
+    [
+        (["urdf", "repair", "INPUT", "--out", "OUT"], "a.urdf", ""),
+        (["verify", "--urdf", "INPUT", "--json", "OUT"], "a.urdf", ""),
+        (["simulate", "INPUT", "--out", "OUT"], "a.csv", ""),
+        (["plot", "INPUT", "--kind", "path", "--out", "OUT"], "a.svg", ""),
+        (["plot", "drop", "--with", "INPUT", "--kind", "path", "--out", "OUT"], "a.svg", ""),
+        (["record", "INPUT", "--out", "OUT"], "a.html", ""),
+        (["record", "drop", "--ghost", "INPUT", "--out", "OUT"], "a.html", ""),
+        (["record", "drop", "--urdf", "INPUT", "--out", "OUT"], "a.html", ""),
+        (["sensitivity", "INPUT", "--by", "q1", "--out", "OUT"], "a.json", ""),
+        (["sweep", "INPUT", "--out", "a.zarr", "--plot", "OUT"], "a.svg", ""),
+        (["conform", "mujoco", "--expect", "INPUT", "--json", "OUT"], "a.toml", ""),
+        (["conform", "mujoco", "--expect", "INPUT", "--junit", "OUT"], "a.toml", ""),
+        (["conform", "mujoco", "--expect", "INPUT", "--plot", "OUT"], "a.svg", ""),
+        (["reference", "INPUT", "--out", "OUT"], "a.json", ""),
+        (["reference", "drop", "INPUT", "--out", "OUT"], "drop.csv", "."),
+        (["accuracy", "INPUT", "--out", "OUT"], "accuracy.png", "."),
+        (["drift", "INPUT", "--out", "OUT"], "drift.csv", "."),
+        (["report", "INPUT", "--out", "OUT"], "index.html", "."),
+        (["scoreboard", "INPUT", "--out", "OUT"], "scoreboard.json", "."),
+    ],
+    ids=lambda value: value[:2] if isinstance(value, list) else value,
+)
+def test_no_command_replaces_its_input(words, name, target, tmp_path, monkeypatch):
+    """Neither under the name that was given, nor where a link has another."""
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_bytes(data_path("twolink.urdf").read_bytes())
+    Path("link.toml").symlink_to(name)
+    before = Path(name).read_bytes()
+    for read in (name, "link.toml"):
+        result = run(*({"INPUT": read, "OUT": target or name}.get(word, word) for word in words))
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert f" must not replace the input {read}; got {target or name}\n" in result.stderr
+        assert result.stderr.count("\n") == 1
+        assert Path(name).read_bytes() == before
+
+
 def test_the_console_reads_no_markup(capsys):
     from rich.table import Table
 

@@ -10,7 +10,7 @@ import typer
 
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.options import Methods, SceneName
-from twolink.cli.studies import bar_of, check_budget, names_in, write_study
+from twolink.cli.studies import bar_of, check_budget, files_of_study, names_in, write_study
 from twolink.cli.terminal import check_folder, console, print_table, refuse, styled
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def accuracy(
     if budget is None:
         budget = 75.0 if engines else 15.0
     check_budget(budget)
-    check_folder("--out", out)
+    check_folder("--out", out, names=files_of_study("accuracy"), inputs=[scene])
     loaded = Scene.load(scene)
     load = load_of_machine()
     if engines and load is not None and load.busy and not busy:

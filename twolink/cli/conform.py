@@ -102,9 +102,9 @@ def conform(
     input was refused.
     """
     _check_limits(seconds, memory)
-    check_target("--json", json_file)
-    check_target("--junit", junit_file)
-    check_target("--plot", plot, PLOTS)
+    check_target("--json", json_file, inputs=[expect])
+    check_target("--junit", junit_file, inputs=[expect])
+    check_target("--plot", plot, PLOTS, inputs=[expect])
     if check:
         check_unused(
             context, "--check-harness", "suite", "expect", "json_file", "junit_file", "plot"

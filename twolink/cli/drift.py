@@ -10,7 +10,7 @@ import typer
 
 from twolink.cli.limits import Force, limits_of
 from twolink.cli.options import Methods
-from twolink.cli.studies import bar_of, names_in, write_study
+from twolink.cli.studies import bar_of, files_of_study, names_in, write_study
 from twolink.cli.terminal import check_folder, console, print_table, styled
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def drift(
     from twolink.accuracy.drift import energy_drift
     from twolink.scene import Scene
 
-    check_folder("--out", out)
+    check_folder("--out", out, names=files_of_study("drift"), inputs=[scene])
     loaded = Scene.load(scene)
     with bar_of("following") as progress:
         found = energy_drift(

@@ -139,7 +139,7 @@ def _check(asked: _Asked) -> None:
         refuse(choice("--kind", asked.kind, KINDS))
     if asked.theme not in THEMES:
         refuse(choice("--theme", asked.theme, THEMES))
-    check_target("--out", asked.out, PLOTS)
+    check_target("--out", asked.out, PLOTS, inputs=[asked.source, *asked.beside])
     if asked.states < 1:
         refuse(f"--states must be a positive whole number; got {asked.states}")
     if asked.seed < 0:

@@ -54,10 +54,10 @@ def record(
     none. A film is decoded again and checked. Exit code 0: the file was written. 1: browser or
     encoder failed. 2: the input was refused.
     """
+    check_target("--out", out, RECORDINGS, inputs=[motion, urdf, *map(Path, ghost or [])])
     from twolink.viz.recording import STAGES, check_recording
     from twolink.viz.recording import record as recorded
 
-    check_target("--out", out, RECORDINGS)
     if out.suffix != ".png":
         check_unused(context, f"a {out.suffix} file", "at")
     if out.suffix == ".html":

@@ -82,9 +82,10 @@ def reference(
     _check(context, digits, fifths, rigorous)
     several = len(scenes) > 1 or (out is not None and os.path.isdir(out))
     if several:
-        check_folder("--out", out)
+        names = [f"{scene.stem}{kind}" for scene in scenes for kind in RESULTS]
+        check_folder("--out", out, names=names, inputs=scenes)
     else:
-        check_target("--out", out, RESULTS)
+        check_target("--out", out, RESULTS, inputs=scenes)
     asked = _Asked(digits, _times(times), fifths, several, force)
     loaded = _loaded(scenes, several and out is not None)
     asked.check(loaded, rigorous)

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from twolink.viz.report.page import Section
     from twolink.viz.report.sections import Card
 
+_PAGE = "index.html"
+
 # Frames a second of the films in the page.
 _FPS = 30.0
 
@@ -59,7 +61,7 @@ def report(
     The page needs no network and no server: open report/index.html. Exit code 0: all that was
     checked agrees. 1: a check failed, which the page names. 2: the input was refused.
     """
-    check_folder("--out", out)
+    check_folder("--out", out, names=[_PAGE], inputs=scenes or [])
     if states < 1:
         refuse(f"--states must be a positive whole number; got {states}")
     check_budget(budget)
@@ -67,7 +69,7 @@ def report(
     page = console()
     for passed, sentence in verdicts:
         page.print(sentence, style="bold green" if passed else "bold red", soft_wrap=True)
-    say(out / "index.html")
+    say(out / _PAGE)
     if not all(passed for passed, _ in verdicts):
         raise typer.Exit(FAILED)
 
@@ -111,7 +113,7 @@ def _made(
             parts += [made.verification(verdict), _origin(verdict)]
             whole = page.page("twolink report", _lead(cards), parts, player_head())
             with new_folder(out):
-                page.write(out / "index.html", whole)
+                page.write(out / _PAGE, whole)
     return [(card.passed, card.sentence) for card in cards if card.passed is not None]
 
 

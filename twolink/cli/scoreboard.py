@@ -14,6 +14,8 @@ from twolink.files import new_folder
 if TYPE_CHECKING:
     from twolink.conformance.scoreboard import Scoreboard
 
+_PAGE, _DOCUMENT = "index.html", "scoreboard.json"
+
 
 def scoreboard(
     verdicts: Annotated[
@@ -28,14 +30,14 @@ def scoreboard(
     The page and a JSON document have marks, correct digits, versions, settings and causes. Exit
     code 0: written. 2: a file was refused.
     """
-    check_folder("--out", out)
+    check_folder("--out", out, names=[_PAGE, _DOCUMENT], inputs=verdicts)
     from twolink.conformance.scoreboard import read_scoreboard
     from twolink.conformance.scoreboard_tables import summary_table
 
     board = read_scoreboard(verdicts)
     _write(board, out)
     print_table(console(), summary_table(board), split=True)
-    say(out / "index.html")
+    say(out / _PAGE)
 
 
 def _write(board: Scoreboard, out: Path) -> None:
@@ -46,5 +48,5 @@ def _write(board: Scoreboard, out: Path) -> None:
     command = " ".join(["twolink", *sys.argv[1:]])
     page = scoreboard_page(board, command)
     with new_folder(out):
-        write(out / "index.html", page)
-        write_json(out / "scoreboard.json", document(board))
+        write(out / _PAGE, page)
+        write_json(out / _DOCUMENT, document(board))

@@ -88,7 +88,7 @@ def sensitivity(
     exponents. Exit code 0: the accuracy is met. 1: it is met only until the time that is printed.
     2: the input was refused, as are contact and dry friction, where motions have no derivatives.
     """
-    check_target("--out", out, RESULTS)
+    check_target("--out", out, RESULTS, inputs=[scene])
     if lyapunov is not None:
         check_unused(context, "--lyapunov", "by", "deviation", "accuracy", "samples")
         _spectrum(scene, lyapunov, out, limits_of(force))

@@ -68,7 +68,7 @@ def simulate(
     """
     if effects_cost:
         check_unused(context, "--effects-cost", "accuracy", "method", "samples", "out")
-    check_target("--out", out, TRAJECTORIES)
+    check_target("--out", out, TRAJECTORIES, inputs=[scene])
     with importing():
         from twolink.integration.methods import METHODS, method_named
         from twolink.scene import Scene

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from twolink.cli.progress import progress_bar
 from twolink.cli.terminal import refuse, write_json
 from twolink.files import atomic_write, new_folder
+from twolink.suffixes import RESULTS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,13 +48,19 @@ def bar_of(doing: str) -> Iterator[Callable[[str, float], None]]:
         )
 
 
+def files_of_study(name: str) -> tuple[str, ...]:
+    """Return the names of the files that `write_study` writes."""
+    return tuple(f"{name}{suffix}" for suffix in (*RESULTS, ".svg", ".png"))
+
+
 def write_study(folder: Path, name: str, found: Study, figure: Figure) -> None:
     """Write a result into a folder: as JSON, as CSV, and its picture as SVG and PNG."""
     from twolink.viz.plots.style import save
 
+    document, numbers, *pictures = (folder / file for file in files_of_study(name))
     with new_folder(folder):
-        write_json(folder / f"{name}.json", found.document())
-        with atomic_write(folder / f"{name}.csv") as file:
+        write_json(document, found.document())
+        with atomic_write(numbers) as file:
             file.write_text(found.csv(), encoding="utf-8")
-        for suffix in ("svg", "png"):
-            save(figure, folder / f"{name}.{suffix}")
+        for picture in pictures:
+            save(figure, picture)

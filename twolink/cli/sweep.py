@@ -102,7 +102,7 @@ def sweep(
     input was refused.
     """
     _check_out(out)
-    check_target("--plot", plot, MAPS)
+    check_target("--plot", plot, MAPS, inputs=[file])
     if workers is not None and workers < 1:
         refuse(f"--workers must be a whole number of 1 or more; got {workers}")
     if workers is not None and dask is not None and dask != "local":

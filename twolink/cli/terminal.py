@@ -7,7 +7,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -16,7 +16,7 @@ import typer
 
 from twolink import files
 from twolink.errors import FileError
-from twolink.files import atomic_write, check_writable
+from twolink.files import atomic_write, check_writable, is_same_file
 from twolink.tables import Table, Tone
 from twolink.text import one_line, printable
 
@@ -75,8 +75,17 @@ def flush() -> None:
         sys.stdout.flush()
 
 
-def check_target(option: str, path: Path | None, suffixes: tuple[str, ...] = ()) -> None:
-    """Refuse a file that could not be written in the end, before any work is done."""
+def check_target(
+    option: str,
+    path: Path | None,
+    suffixes: tuple[str, ...] = (),
+    *,
+    inputs: Sequence[Path | None] = (),
+) -> None:
+    """Refuse a file that could not be written in the end, before any work is done.
+
+    `inputs` are the files that the command reads, which it must not replace.
+    """
     if path is None:
         return
     kind = f"a {' or '.join(suffixes)} file" if suffixes else "a file"
@@ -86,10 +95,21 @@ def check_target(option: str, path: Path | None, suffixes: tuple[str, ...] = ())
         check_writable(path)
     except FileError as error:
         refuse(f"{option}: {error}")
+    _check_no_input(option, path, [path], inputs)
 
 
-def check_folder(option: str, path: Path | None) -> None:
-    """Refuse a folder that could not be written to in the end, before any work is done."""
+def check_folder(
+    option: str,
+    path: Path | None,
+    *,
+    names: Sequence[str] = (),
+    inputs: Sequence[Path] = (),
+) -> None:
+    """Refuse a folder that could not be written to in the end, before any work is done.
+
+    `names` are the files that the command writes in it, and `inputs` those that it reads, which it
+    must not replace.
+    """
     if path is None:
         return
     try:
@@ -98,6 +118,18 @@ def check_folder(option: str, path: Path | None) -> None:
         refuse(
             f"{option} must be a folder that can be written to or made; got {one_line(path, 300)}"
         )
+    _check_no_input(option, path, [path / name for name in names], inputs)
+
+
+def _check_no_input(
+    option: str, path: Path, targets: Sequence[Path], inputs: Sequence[Path | None]
+) -> None:
+    """Refuse to replace a file that the command reads, also where a link leads to it."""
+    for target in targets:
+        for read in inputs:
+            if read is not None and is_same_file(target, read):
+                name, got = one_line(read, 200), one_line(path, 200)
+                refuse(f"{option} must not replace the input {name}; got {got}")
 
 
 RENDERING = ("rich.console", "rich.table")

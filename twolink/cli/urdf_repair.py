@@ -27,7 +27,7 @@ def repair(
     written, and Pinocchio agrees on it. 1: Pinocchio refuses it still, and nothing is written. 2:
     the input was refused, with the reason.
     """
-    check_target("--out", out)
+    check_target("--out", out, inputs=[urdf])
     from twolink.urdf import parse_planar_urdf
     from twolink.urdf.repair import repair_file
 

@@ -67,7 +67,7 @@ def verify(
         refuse(f"--states must be a positive whole number; got {states}")
     if seed < 0:
         refuse(f"--seed must be zero or a positive whole number; got {seed}")
-    check_target("--json", json_file)
+    check_target("--json", json_file, inputs=[urdf])
     verdict = _verdict(urdf, states, seed, formulation, tip, contact, force)
     _print_verdict(verdict, contact)
     if json_file is not None:
