@@ -3,6 +3,7 @@ from typer.testing import CliRunner
 
 from tests.urdf.drawing import arm, arm_with_elbow, at, joint, link
 from twolink.cli import app
+from twolink.cli.urdf_convert import SUFFIXES, Format
 from twolink.data import data_path
 
 SHIPPED = data_path("twolink.urdf")
@@ -82,6 +83,23 @@ def test_a_file_that_the_engine_refuses(tmp_path):
     assert (result.exit_code, result.stdout) == (1, "")
     assert "MuJoCo refuses it" in result.stderr
     assert not out.exists()
+
+
+@pytest.mark.parametrize("to", ["mjcf", "sdf"])
+def test_the_input_is_not_replaced_by_default(tmp_path, to):
+    file = tmp_path / f"arm{SUFFIXES[Format(to)]}"
+    file.write_bytes(SHIPPED.read_bytes())
+    result = run(file, "--to", to)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == f"twolink: --out must not replace the input {file}; got {file}\n"
+    assert file.read_bytes() == SHIPPED.read_bytes()
+
+
+@pytest.mark.parametrize("folder", [".", "..", "/"])
+def test_a_folder_is_refused_as_input(folder):
+    result = run(folder, "--to", "sdf")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == f"twolink: {folder}: must be a regular file; got a folder\n"
 
 
 def test_refusals(tmp_path):

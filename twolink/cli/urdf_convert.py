@@ -37,13 +37,15 @@ def convert(
     not have. Exit code 0: the file is written. 1: the engine is missing, refuses the file or
     disagrees, and nothing is written. 2: the input was refused.
     """
-    target = out or urdf.with_suffix(SUFFIXES[to])
-    check_target("--out", target)
-    from twolink.engines.urdf_conversion import convert as converted
     from twolink.urdf import read_planar_urdf
+
+    # First, so that of a name without a last part, such as ".", none is made for the target.
+    read = read_planar_urdf(urdf)
+    target = out or urdf.with_suffix(SUFFIXES[to])
+    check_target("--out", target, inputs=[urdf])
+    from twolink.engines.urdf_conversion import convert as converted
     from twolink.urdf.losses import losses
 
-    read = read_planar_urdf(urdf)
     try:
         made = converted(read, to.value)
     except EngineError as error:
