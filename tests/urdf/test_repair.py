@@ -182,6 +182,21 @@ def test_text_after_the_robot_is_kept():
     assert repair_urdf(repaired.text).changes == ()
 
 
+@pytest.mark.parametrize("declared", ["", '<?xml version="1.0"?>\n', "<?xml\n version='1.0' ?>"])
+@pytest.mark.parametrize(
+    "before",
+    [
+        '<?xml-model href="robot.rnc"?>',
+        '<?xml-stylesheet href="a.css" type="text/css"?>\n<?xml-model href="a"?>\n<!-- ?> -->',
+    ],
+)
+def test_instructions_before_the_robot_are_kept(declared, before):
+    repaired = repair_urdf(f"{declared}{before}\n{PLAIN}")
+    assert repaired.changes
+    expected = f'<?xml version="1.0" encoding="utf-8"?>\n{before}\n<robot'
+    assert repaired.text.startswith(expected)
+
+
 def test_namespaces_that_are_not_used_are_removed_with_the_rest():
     text = PLAIN.replace("<robot", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"')
     repaired = repair_urdf(text)

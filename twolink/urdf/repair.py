@@ -38,6 +38,8 @@ _MOVING = ("revolute", "continuous")
 _LEAST_MOMENT = 1e-15
 
 _DECLARATION = '<?xml version="1.0" encoding="utf-8"?>\n'
+# The space after its name tells it from instructions such as <?xml-model …?>.
+_DECLARED = re.compile(r"\A\s*<\?xml\s.*?\?>\s*", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -103,8 +105,7 @@ def _written(original: str, robot: ET.Element) -> str:
     content = original.encode("utf-8")
     start, end = _root_in(content)
     prolog, epilog = content[:start].decode("utf-8"), content[end:].decode("utf-8").strip()
-    declaration, _, rest = prolog.partition("?>")
-    prolog = _DECLARATION + (rest.lstrip() if declaration.lstrip().startswith("<?xml") else prolog)
+    prolog = _DECLARATION + _DECLARED.sub("", prolog)
     element = ET.tostring(robot, encoding="unicode").rstrip()
     return f"{prolog}{element}\n{epilog}\n" if epilog else f"{prolog}{element}\n"
 
