@@ -24,8 +24,10 @@ from tests.urdf.robots import (
     without,
 )
 from tests.urdf.sentences import names, only, refusal
+from twolink import ParameterError
 from twolink.data import data_path
 from twolink.urdf import PlanarUrdf, parse_planar_urdf, read_planar_urdf
+from twolink.urdf.description import describe
 
 
 def test_the_shipped_chain_is_exact():
@@ -165,6 +167,21 @@ def test_files_without_a_planar_two_link_chain_are_refused(edits, words):
         assert old in text
         text = text.replace(old, new)
     names(refusal(text), *words)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"text": PLAIN.encode()}, "text must be a string; got b'"),
+        ({"source": 5}, "source must be a string; got 5"),
+        ({"source": None}, "source must be a string; got None"),
+        ({"tip": 5}, "tip must be a string; got 5"),
+    ],
+)
+@pytest.mark.parametrize("read", [parse_planar_urdf, describe])
+def test_arguments_that_are_no_strings(read, arguments, words):
+    with pytest.raises(ParameterError, match=f"^{words}"):
+        read(**{"text": PLAIN, **arguments})
 
 
 def test_link_1_may_have_no_inertia_about_a_if_link_2_has_inertia():

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 
 from tests.urdf.drawing import arm, at, axis, joint, link, robot
 from tests.urdf.robots import PLAIN, Messy, edited, messy_robots, without
-from twolink import UrdfError
+from twolink import ParameterError, UrdfError
 from twolink.data import data_path
 from twolink.urdf import parse_planar_urdf
 from twolink.urdf.repair import Repair, repair_file, repair_urdf
@@ -253,6 +253,19 @@ def test_files_that_cannot_be_repaired_are_refused_with_the_reason(text, words):
     assert sentence.count("arm.urdf") == 1
     assert ": : " not in sentence
     assert "\n" not in sentence
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"text": 5}, "text must be a string; got 5"),
+        ({"text": PLAIN.encode()}, "text must be a string; got b'"),
+        ({"text": PLAIN, "source": 5}, "source must be a string; got 5"),
+    ],
+)
+def test_arguments_that_are_no_strings(arguments, words):
+    with pytest.raises(ParameterError, match=f"^{words}"):
+        repair_urdf(**arguments)
 
 
 def test_a_step_that_changes_mechanics_is_caught(monkeypatch):

@@ -99,7 +99,7 @@ def parse_planar_urdf(
     if tip is not None:
         as_word("tip", tip)
     gravity = _gravity(gravity)
-    with naming(source):
+    with naming(as_word("source", source)):
         first, second = two_bodies(parse_tree(text))
         plane = in_the_plane(first, second, tip, gravity)
     frame, end = plane.frame, plane.end

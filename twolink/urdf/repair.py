@@ -15,7 +15,7 @@ from os import PathLike
 from xml.parsers import expat
 
 from twolink.errors import UrdfError
-from twolink.inputs import as_path
+from twolink.inputs import as_path, as_word
 from twolink.text import quoted
 from twolink.urdf.inertia import principal_moments, violates_triangle
 from twolink.urdf.lumping import RigidBody, moment_about, two_bodies
@@ -68,7 +68,8 @@ def repair_urdf(text: str, *, source: str = "<string>") -> Repair:
     Raises `UrdfError`, in one sentence with the reason, for text that is not a planar two-link
     chain even when repaired.
     """
-    with naming(source):
+    as_word("text", text)
+    with naming(as_word("source", source)):
         return _repaired(text, ())
 
 
