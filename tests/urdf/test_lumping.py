@@ -2,10 +2,25 @@
 
 import math
 
+import numpy as np
+import pinocchio as pin
 import pytest
+from hypothesis import given, settings
 
-from tests.urdf.robots import LOWER_CENTRE, MASSIVE_TOOL, PLAIN, edited
+from tests.urdf.robots import (
+    LOWER_CENTRE,
+    MASSIVE_TOOL,
+    PLAIN,
+    TOOL_ORIGIN,
+    Messy,
+    edited,
+    messy_robots,
+)
+from twolink import UrdfError
 from twolink.urdf import parse_planar_urdf
+from twolink.urdf.lumping import lump, lump_in_space, two_bodies
+from twolink.urdf.reading import parse_tree
+from twolink.urdf.sdf import sdf_of
 
 
 class TestLumping:
@@ -40,3 +55,45 @@ class TestLumping:
         inertial = PLAIN[PLAIN.index("<inertial>") : PLAIN.index("</link>")]
         text = edited(('<link name="base"/>', f'<link name="base">{inertial}</link>'))
         assert parse_planar_urdf(text).links == parse_planar_urdf(PLAIN).links
+
+
+@pytest.mark.slow
+@settings(max_examples=30)
+@given(robot=messy_robots())
+def test_inertias_in_space_are_pinocchios(robot: Messy):
+    model = pin.buildModelFromXML(robot.text)
+    for number, body in enumerate(two_bodies(parse_tree(robot.text)), start=1):
+        mass, centre, inertia = lump_in_space(body)
+        theirs = model.inertias[model.getJointId(body.joint.name)]
+        size = np.linalg.norm(theirs.inertia) + mass * np.linalg.norm(theirs.lever) ** 2
+        assert mass == pytest.approx(theirs.mass, rel=1e-14), number
+        np.testing.assert_allclose(centre, theirs.lever, rtol=0, atol=1e-13 * 10)
+        np.testing.assert_allclose(inertia, theirs.inertia, rtol=0, atol=1e-13 * (1 + size))
+
+
+@pytest.mark.parametrize("lumped", [lump, lump_in_space])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (edited(('value="2.0"', 'value="0"')), "'upper' moves: its mass, .* must be positive"),
+        (
+            edited(MASSIVE_TOOL, ('value="1.5"', 'value="1.7e308"')).replace('"0.5"', '"1.7e308"'),
+            "'lower': mass and inertia must be float64 numbers; got a larger one",
+        ),
+    ],
+)
+def test_bodies_that_are_refused_in_the_plane_and_in_space(lumped, text, words):
+    bodies = two_bodies(parse_tree(text))
+    with pytest.raises(UrdfError, match=words):
+        tuple(map(lumped, bodies))
+
+
+def test_only_in_space_an_inertia_is_beyond_float64():
+    """Two masses that are far apart along the joint's axis."""
+    far = edited(MASSIVE_TOOL, (TOOL_ORIGIN, '<origin xyz="0 1e160 0"/>'))
+    body = two_bodies(parse_tree(far))[1]
+    assert lump(body).inertia == parse_planar_urdf(far).links[1].inertia < 10
+    with pytest.raises(UrdfError, match=r"'lower': mass and inertia must be float64"):
+        lump_in_space(body)
+    with pytest.raises(UrdfError, match=r"^arm\.urdf: link 'lower': mass and inertia must be"):
+        sdf_of(far, source="arm.urdf")

@@ -1,39 +1,23 @@
-"""SDF of a URDF: the inertia in space that Pinocchio finds, and all that joints have."""
+"""SDF of a URDF: all that links and joints have."""
 
 import math
 import xml.etree.ElementTree as ET
 
 import numpy as np
-import pinocchio as pin
 import pytest
-from hypothesis import given, settings
 
 from tests.urdf.drawing import arm, arm_with_elbow, at, axis, joint, link
-from tests.urdf.robots import PLAIN, Messy, messy_robots
+from tests.urdf.robots import PLAIN
 from twolink import UrdfError
 from twolink.urdf.lumping import two_bodies
 from twolink.urdf.reading import parse_tree
-from twolink.urdf.sdf import _rpy, lump_in_space, sdf_of
+from twolink.urdf.sdf import _rpy, sdf_of
 from twolink.urdf.spatial import Pose, rotation_from_rpy, transpose
 
 DRIVEN = arm_with_elbow(
     '<limit lower="-1" upper="2" effort="5" velocity="3"/>',
     '<dynamics damping="0.5" friction="0.25"/>',
 )
-
-
-@pytest.mark.slow
-@settings(max_examples=30)
-@given(robot=messy_robots())
-def test_inertias_in_space_are_pinocchios(robot: Messy):
-    model = pin.buildModelFromXML(robot.text)
-    for number, body in enumerate(two_bodies(parse_tree(robot.text)), start=1):
-        mass, centre, inertia = lump_in_space(body)
-        theirs = model.inertias[model.getJointId(body.joint.name)]
-        size = np.linalg.norm(theirs.inertia) + mass * np.linalg.norm(theirs.lever) ** 2
-        assert mass == pytest.approx(theirs.mass, rel=1e-14), number
-        np.testing.assert_allclose(centre, theirs.lever, rtol=0, atol=1e-13 * 10)
-        np.testing.assert_allclose(inertia, theirs.inertia, rtol=0, atol=1e-13 * (1 + size))
 
 
 def test_joints_and_frames():

@@ -9,6 +9,7 @@ from twolink.errors import UrdfError
 from twolink.text import quoted
 from twolink.urdf.reading import Inertial, Joint, Tree, listed
 from twolink.urdf.spatial import (
+    Matrix3,
     Pose,
     Vector3,
     add,
@@ -79,29 +80,70 @@ def lump(body: RigidBody) -> Lump:
 
     Raises `UrdfError` for a body without mass, or whose inertia is negative or beyond float64.
     """
-    where = f"link {quoted(body.joint.child)}"
     axis = body.joint.axis
-    mass = sum(part.mass for part in body.inertials)
-    if mass == 0:
-        raise UrdfError(
-            f"{where} moves: its mass, with links fixed to it, must be positive; got zero"
-        )
-    centre: Vector3 = (0.0, 0.0, 0.0)
-    for part in body.inertials:
-        # The share of a single link is exactly 1, so lumping it changes no bit.
-        centre = add(centre, scale(part.mass / mass, part.pose.position))
+    mass, centre = _mass_and_centre(body)
     inertia = 0.0
     for part in body.inertials:
         distance = norm(cross(axis, subtract(part.pose.position, centre)))
         inertia += moment_about(axis, part) + part.mass * distance * distance
     if inertia < 0:
         raise UrdfError(
-            f"{where}: inertia about its joint's axis must be zero or positive; got {inertia!r}"
-            " kg m²"
+            f"link {quoted(body.joint.child)}: inertia about its joint's axis must be zero or"
+            f" positive; got {inertia!r} kg m²"
         )
-    if not all(map(math.isfinite, (mass, *centre, inertia))):
-        raise UrdfError(f"{where}: mass and inertia must be float64 numbers; got a larger one")
+    _check_finite(body, mass, *centre, inertia)
     return Lump(mass, centre, inertia)
+
+
+def lump_in_space(body: RigidBody) -> tuple[float, Vector3, Matrix3]:
+    """Return mass (kg), mass centre (m) and inertia about it (kg m²), in the body's frame.
+
+    Raises `UrdfError` for a body without mass, or whose inertia is beyond float64.
+    """
+    mass, centre = _mass_and_centre(body)
+    rows = [[0.0] * 3 for _ in range(3)]
+    for part in body.inertials:
+        turned = _turned(part.inertia, part.pose.rotation)
+        off = subtract(part.pose.position, centre)
+        for i in range(3):
+            for j in range(3):
+                steiner = (dot(off, off) if i == j else 0.0) - off[i] * off[j]
+                rows[i][j] += turned[i][j] + part.mass * steiner
+    x, y, z = ((row[0], row[1], row[2]) for row in rows)
+    _check_finite(body, mass, *centre, *x, *y, *z)
+    return mass, centre, (x, y, z)
+
+
+def _mass_and_centre(body: RigidBody) -> tuple[float, Vector3]:
+    """Return a body's mass (kg) and mass centre (m), or raise `UrdfError` without mass."""
+    mass = sum(part.mass for part in body.inertials)
+    if mass == 0:
+        raise UrdfError(
+            f"link {quoted(body.joint.child)} moves: its mass, with links fixed to it, must be"
+            " positive; got zero"
+        )
+    centre: Vector3 = (0.0, 0.0, 0.0)
+    for part in body.inertials:
+        # The share of a single link is exactly 1, so lumping it changes no bit.
+        centre = add(centre, scale(part.mass / mass, part.pose.position))
+    return mass, centre
+
+
+def _check_finite(body: RigidBody, *numbers: float) -> None:
+    """Raise `UrdfError` for a number of a body that has left float64."""
+    if not all(map(math.isfinite, numbers)):
+        raise UrdfError(
+            f"link {quoted(body.joint.child)}: mass and inertia must be float64 numbers; got a"
+            " larger one"
+        )
+
+
+def _turned(inertia: Matrix3, rotation: Matrix3) -> Matrix3:
+    """Return R I Rᵀ."""
+    # A row of I Rᵀ is a row of I, turned; so is a column of R (I Rᵀ).
+    x, y, z = (turn(rotation, row) for row in inertia)
+    a, b, c = (turn(rotation, column) for column in transpose((x, y, z)))
+    return transpose((a, b, c))
 
 
 def _moving_joints(tree: Tree) -> list[Joint]:

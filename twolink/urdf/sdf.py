@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from xml.sax.saxutils import quoteattr
 
-from twolink.urdf.lumping import RigidBody, two_bodies
+from twolink.urdf.lumping import RigidBody, lump_in_space, two_bodies
 from twolink.urdf.planar import parse_planar_urdf
 from twolink.urdf.reading import Joint, naming, parse_tree, parse_xml
 from twolink.urdf.spatial import (
@@ -20,9 +20,6 @@ from twolink.urdf.spatial import (
     cross,
     dot,
     scale,
-    subtract,
-    transpose,
-    turn,
 )
 
 
@@ -32,17 +29,20 @@ def sdf_of(text: str, *, source: str = "<string>") -> str:
     The names, masses, inertias in space, poses, axes, damping, friction and limits of what moves
     are kept. Geometry is left out, and so are limits the wrong way round and a robot's name that
     SDF reserves; `twolink.urdf.losses` lists what is not kept. Raises `UrdfError` for a URDF that
-    is not such a chain.
+    is not such a chain, or whose inertia in space is beyond float64.
     """
     read = parse_planar_urdf(text, source=source)
     with naming(source):
         first, second = two_bodies(parse_tree(text))
+        links = [
+            _link(first, f"<pose>{_pose(first.pose)}</pose>"),
+            _link(
+                second,
+                f"<pose relative_to={quoteattr(first.joint.child)}>{_pose(second.pose)}</pose>",
+            ),
+        ]
     parts = [
-        _link(first, f"<pose>{_pose(first.pose)}</pose>"),
-        _link(
-            second,
-            f"<pose relative_to={quoteattr(first.joint.child)}>{_pose(second.pose)}</pose>",
-        ),
+        *links,
         _joint(first, "world"),
         _joint(second, first.joint.child),
         *_frames(first),
@@ -53,32 +53,6 @@ def sdf_of(text: str, *, source: str = "<string>") -> str:
         name = "_".join(read.joint_names)
     head = ['<?xml version="1.0"?>', '<sdf version="1.9">', f"<model name={quoteattr(name)}>"]
     return "\n".join([*head, *parts, "</model>", "</sdf>", ""])
-
-
-def lump_in_space(body: RigidBody) -> tuple[float, Vector3, Matrix3]:
-    """Return mass (kg), mass centre (m) and inertia about it (kg m²), in the body's frame."""
-    mass = sum(part.mass for part in body.inertials)
-    centre: Vector3 = (0.0, 0.0, 0.0)
-    for part in body.inertials:
-        centre = add(centre, scale(part.mass / mass, part.pose.position))
-    rows = [[0.0] * 3 for _ in range(3)]
-    for part in body.inertials:
-        turned = _turned(part.inertia, part.pose.rotation)
-        off = subtract(part.pose.position, centre)
-        for i in range(3):
-            for j in range(3):
-                steiner = (dot(off, off) if i == j else 0.0) - off[i] * off[j]
-                rows[i][j] += turned[i][j] + part.mass * steiner
-    x, y, z = ((row[0], row[1], row[2]) for row in rows)
-    return mass, centre, (x, y, z)
-
-
-def _turned(inertia: Matrix3, rotation: Matrix3) -> Matrix3:
-    """Return R I Rᵀ."""
-    # A row of I Rᵀ is a row of I, turned; so is a column of R (I Rᵀ).
-    x, y, z = (turn(rotation, row) for row in inertia)
-    a, b, c = (turn(rotation, column) for column in transpose((x, y, z)))
-    return transpose((a, b, c))
 
 
 def _link(body: RigidBody, pose: str) -> str:
