@@ -5,6 +5,7 @@ import pytest
 
 from twolink.text import (
     as_sentence,
+    as_vector,
     choice,
     distinct,
     either,
@@ -55,6 +56,18 @@ def test_ratios_have_three_digits(number, shown):
 )
 def test_numbers_are_told_apart(number, shown):
     assert distinct(number) == shown
+
+
+@pytest.mark.parametrize(
+    ("vector", "shown"),
+    [
+        ((1.0, -0.0, -1 / 3), "(1, 0, -0.333333)"),
+        ([2e-300, 1234567.0], "(2e-300, 1.23457e+06)"),
+        (iter((math.inf,)), "(inf)"),
+    ],
+)
+def test_vectors_have_six_digits(vector, shown):
+    assert as_vector(vector) == shown
 
 
 def test_one_line_is_one_line_and_bounded():

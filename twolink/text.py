@@ -73,6 +73,12 @@ def distinct(number: float) -> str:
     return repr(float(number)).removesuffix(".0")
 
 
+def as_vector(components: Iterable[float]) -> str:
+    """Return a vector with six digits of each component, such as (1, 0, -0.333333)."""
+    # Adding 0.0 turns −0.0 into 0.0.
+    return f"({', '.join(f'{component + 0.0:.6g}' for component in components)})"
+
+
 def as_sentence(words: str) -> str:
     """Return words as a sentence: a capital first, and one full stop at the end."""
     return f"{words[:1].upper()}{words[1:]}{'' if words.endswith('.') else '.'}"

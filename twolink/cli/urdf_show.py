@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twolink.cli.terminal import as_json, console, say
+from twolink.text import as_vector
 
 if TYPE_CHECKING:
     from twolink.urdf.description import UrdfDescription
@@ -92,8 +93,8 @@ def _print_conventions(described: UrdfDescription) -> None:
     x, y, z = described.axes
     lines = (
         f"q1 = {_signed(s1)}θ1 {_added(phi1)}, q2 = q1 {'+' if s2 > 0 else '−'} θ2 {_added(phi2)}",
-        f"A is at {_vector(described.origin)} m of {described.root};"
-        f" x is {_vector(x)}, y {_vector(y)}, z {_vector(z)}",
+        f"A is at {as_vector(described.origin)} m of {described.root};"
+        f" x is {as_vector(x)}, y {as_vector(y)}, z {as_vector(z)}",
         f"gravity in the plane: {described.gravity:.6g} m/s² along y",
         f"D is {described.tip!r}" if described.tip else "D is no frame of the file",
     )
@@ -113,10 +114,6 @@ def _offers(described: UrdfDescription) -> list[str]:
             lower, upper = body.limits
             found.append(f"Effect: joint {body.joint!r} has limits {lower:g} to {upper:g} rad.")
     return found
-
-
-def _vector(vector: tuple[float, ...]) -> str:
-    return f"({', '.join(f'{number + 0.0:.6g}' for number in vector)})"
 
 
 def _signed(sign: int) -> str:

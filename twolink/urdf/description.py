@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from os import PathLike
 
 from twolink.inputs import as_path
-from twolink.text import quoted
+from twolink.text import as_vector, quoted
 from twolink.urdf.link_parameters import LinkParameters
 from twolink.urdf.lumping import RigidBody, two_bodies
 from twolink.urdf.planar import PlanarUrdf, parse_planar_urdf
@@ -187,17 +187,13 @@ def tree_lines(described: UrdfDescription) -> list[str]:
     """Return the file's links, one a line, below the joints that move them."""
     lines = [f"{quoted(described.root)} does not move" + _others(described)]
     for body in described.bodies:
-        lines.append(f"joint {quoted(body.joint)}, {body.type}, about {_vector(body.axis)}")
+        lines.append(f"joint {quoted(body.joint)}, {body.type}, about {as_vector(body.axis)}")
         for part in body.parts:
             weight = f"{part.mass:g} kg" if part.mass else "no mass"
-            lines.append(f"  link {quoted(part.link)}, {weight}, at {_vector(part.position)} m")
+            lines.append(f"  link {quoted(part.link)}, {weight}, at {as_vector(part.position)} m")
     return lines
 
 
 def _others(described: UrdfDescription) -> str:
     others = [quoted(name) for name in described.grounded if name != described.root]
     return f", nor {'does' if len(others) == 1 else 'do'} {', '.join(others)}" if others else ""
-
-
-def _vector(vector: Vector3) -> str:
-    return f"({', '.join(f'{number + 0.0:.6g}' for number in vector)})"
