@@ -24,9 +24,8 @@ from twolink import optional
 from twolink.arithmetic import Pair, Scalar, exactly, fraction_in, sqrt, times_power_of_two
 from twolink.chain_checks import (
     check_positive_definite,
-    not_negative,
+    check_signs,
     pair_of_links,
-    positive,
     rods,
     rotor_parameters,
 )
@@ -86,12 +85,7 @@ class Chain(Kept):
         for name in ("mass", "length", "centre", "inertia"):
             object.__setattr__(self, name, pair_of_links(name, getattr(self, name)))
         object.__setattr__(self, "rotors", _rotors(self.rotors))
-        for link in (1, 2):
-            positive(link, "mass", self.mass[link - 1], "kg")
-            not_negative(link, "inertia", self.inertia[link - 1], "kg m²")
-        # L1 defines the elbow and the direction of link 1; L2 only defines D.
-        positive(1, "length", self.length[0], "m")
-        not_negative(2, "length", self.length[1], "m")
+        check_signs(self.mass, self.length, self.inertia)
         check_positive_definite(self.mass, self.length, self.centre, self.inertia)
         exact = self._exact_inertia
         if exact and not are_bars(exact, self.inertia, self.mass, self.length):

@@ -83,6 +83,16 @@ def rotor_parameters(number: int, inertia: Any, turning: Any) -> tuple[Any, Pair
     return inertia, turns
 
 
+def check_signs(mass: Pair, length: Pair, inertia: Pair) -> None:
+    """Raise `ParameterError` for a real number that is infinite, or has a sign that no link has."""
+    for link in (1, 2):
+        positive(link, "mass", mass[link - 1], "kg")
+        not_negative(link, "inertia", inertia[link - 1], "kg m²")
+    # L1 defines the elbow and the direction of link 1; L2 only defines D.
+    positive(1, "length", length[0], "m")
+    not_negative(2, "length", length[1], "m")
+
+
 def check_positive_definite(
     mass: Pair, length: Pair, centre: tuple[Pair, Pair], inertia: Pair
 ) -> None:

@@ -2,6 +2,9 @@
 
 import math
 import xml.etree.ElementTree as ET
+from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 import pinocchio as pin
@@ -103,6 +106,72 @@ def test_a_name_that_is_not_text(name):
         write_planar_urdf((BAR, BAR), name=name)
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "words"),
+    [
+        ({"length": -1.0}, {}, "link 1: length must be a positive number of m; got -1.0"),
+        ({"length": 0.0}, {}, "link 1: length must be a positive number of m; got 0.0"),
+        ({}, {"length": -1e-9}, "link 2: length must be zero or a positive number of m; got -1e"),
+        ({"mass": -1.0}, {}, "link 1: mass must be a positive number of kg; got -1.0"),
+        ({}, {"mass": 0}, "link 2: mass must be a positive number of kg; got 0.0"),
+        ({}, {"inertia": -0.1}, "link 2: inertia must be zero or a positive number of kg m²; got"),
+        ({"mass": "a"}, {}, "link 1: mass must be a number; got 'a'"),
+        ({}, {"mass": 1j}, "link 2: mass must be a number; got 1j"),
+        ({}, {"length": None}, "link 2: length must be a number; got None"),
+        ({"centre": 0.5}, {}, r"link 1: centre must be a pair \(along, across\) in m; got 0.5"),
+        ({"centre": (0.5,)}, {}, r"link 1: centre must be a pair \(along, across\) in m; got"),
+        ({"centre": ("a", 0)}, {}, r"link 1: centre\[0\] must be a number; got 'a'"),
+        ({"length": 1e308}, {}, r"link 1: length must be a number of at most 1e\+307 in size; got"),
+        ({}, {"centre": (0, -1e308)}, r"link 2: centre\[1\] must be a number of at most 1e\+307"),
+        ({}, {"inertia": 0, "centre": (0, 0)}, "link 2: inertia about B must be a positive number"),
+        (
+            {"inertia": 0, "centre": (0, 0)},
+            {"inertia": 0},
+            "link 1: inertia about A must be a positive number of kg m²; got 0.0",
+        ),
+    ],
+)
+def test_parameters_that_no_chain_has(first, second, words):
+    links = replace(BAR, **first), replace(BAR, **second)
+    with pytest.raises(ParameterError, match=f"^{words}"):
+        write_planar_urdf(links)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"links": (BAR,)}, "links must be a pair of LinkParameters; got "),
+        ({"links": 5}, "links must be a pair of LinkParameters; got 5"),
+        ({"links": (BAR, 5)}, r"links\[1\] must be a LinkParameters; got 5"),
+        ({"joints": (JointProperties(),)}, "joints must be a pair of JointProperties; got "),
+        ({"joints": None}, "joints must be a pair of JointProperties; got None"),
+        ({"joints": (None, None)}, r"joints\[0\] must be a JointProperties; got None"),
+    ],
+)
+def test_pairs_of_other_objects(arguments, words):
+    with pytest.raises(ParameterError, match=f"^{words}"):
+        write_planar_urdf(**{"links": (BAR, BAR), **arguments})
+
+
+numbers = st.sampled_from([0.0, 5e-324, 1e-200, 1.0, 1e200, 1e307])
+any_links = st.builds(
+    LinkParameters,
+    mass=numbers,
+    length=numbers,
+    centre=st.tuples(numbers, numbers.map(lambda size: -size)),
+    inertia=numbers,
+)
+
+
+@given(first=any_links, second=any_links)
+def test_the_reader_reads_all_that_is_written(first, second):
+    try:
+        text = write_planar_urdf((first, second))
+    except ParameterError:
+        return
+    assert parse_planar_urdf(text).links == (first, second)
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("field", ["mass", "length", "inertia", "centre"])
 def test_non_finite_parameters_are_refused(field, value):
@@ -139,6 +208,12 @@ def test_points_have_frames():
 JOINTS = (JointProperties(0.1, 0.2, (-1.0, 0.5)), JointProperties(damping=1 / 3))
 
 
+def test_properties_of_joints_are_kept_in_float64():
+    kept = JointProperties(Fraction(1, 2), np.int64(2), np.array([-1, Decimal("0.5")]))
+    assert kept == JointProperties(0.5, 2.0, (-1.0, 0.5))
+    assert {type(number) for number in (kept.damping, kept.friction, *kept.limits)} == {float}
+
+
 def test_properties_of_joints_read_back():
     text = write_planar_urdf((BAR, BAR), joints=JOINTS)
     read = parse_planar_urdf(text)
@@ -157,6 +232,13 @@ def test_properties_of_joints_read_back():
         ({"friction": math.nan}, "friction must be"),
         ({"limits": (1.0, 1.0)}, "limits must be a lower angle below"),
         ({"limits": (0.0, math.inf)}, "limits must be"),
+        ({"limits": (1.0, 2.0, 3.0)}, r"limits must be a lower angle .*; got \(1.0, 2.0, 3.0\)"),
+        ({"limits": (1.0,)}, r"limits must be a lower angle .*; got \(1.0,\)"),
+        ({"limits": 5}, "limits must be a lower angle .*; got 5"),
+        ({"limits": ("a", 1.0)}, r"limits\[0\] must be a number; got 'a'"),
+        ({"damping": "x"}, "damping must be a number; got 'x'"),
+        ({"friction": None}, "friction must be a number; got None"),
+        ({"friction": 1j}, "friction must be a number; got 1j"),
     ],
 )
 def test_properties_that_no_joint_has(wrong, words):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from twolink.coordinates import JointConvention
 from twolink.errors import UrdfError
 from twolink.text import quoted
-from twolink.urdf.link_parameters import LinkParameters
+from twolink.urdf.link_parameters import LinkParameters, link_without_inertia
 from twolink.urdf.lumping import Lump, RigidBody, lump
 from twolink.urdf.reading import listed
 from twolink.urdf.spatial import (
@@ -215,11 +215,10 @@ def _check_that_it_resists(
     first: RigidBody, second: RigidBody, links: tuple[LinkParameters, LinkParameters]
 ) -> None:
     """Refuse a chain whose mass matrix is singular in some pose."""
-    for body, link in zip((first, second), links, strict=True):
-        # A link 1 of no inertia is moved by link 2 at the elbow, unless that is a point mass.
-        needed = body is second or links[1].inertia == 0
-        if needed and link.inertia == 0 and not any(link.centre):
-            raise UrdfError(
-                f"link {quoted(body.joint.child)} must have an inertia about the axis of joint"
-                f" {quoted(body.joint.name)}, or a mass off this axis; got neither"
-            )
+    link = link_without_inertia(links)
+    if link is not None:
+        joint = (first, second)[link - 1].joint
+        raise UrdfError(
+            f"link {quoted(joint.child)} must have an inertia about the axis of joint"
+            f" {quoted(joint.name)}, or a mass off this axis; got neither"
+        )

@@ -9,11 +9,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
-from twolink.errors import ParameterError
-from twolink.inputs import as_word, refuse
-from twolink.urdf.link_parameters import LinkParameters
+from twolink.chain_checks import check_signs, positive
+from twolink.inputs import (
+    as_number,
+    as_pair,
+    as_real,
+    as_tuple,
+    as_word,
+    check_instance,
+    nearest_float,
+    refuse,
+)
+from twolink.urdf.link_parameters import LinkParameters, link_without_inertia
 from twolink.urdf.reading import UNLIMITED, Limits
+
+_Kind = TypeVar("_Kind")
 
 _COMMENT = """\
   <!--
@@ -37,6 +49,9 @@ _NOTHING = """\
       <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>
     </inertial>"""
 
+# The reader doubles distances, and the writer takes six times an inertia.
+_LARGEST = 1e307
+
 _COLOURS = {"link1": "0.00 0.45 0.70 1", "link2": "0.90 0.62 0.00 1"}
 
 
@@ -51,13 +66,17 @@ class JointProperties:
     def __post_init__(self) -> None:
         """Require resistance that does not drive, and limits with room between them."""
         for name in ("damping", "friction"):
-            value = getattr(self, name)
+            given = getattr(self, name)
+            value = nearest_float(as_number(name, given))
             if not 0 <= value < math.inf:
-                raise ParameterError(f"{name} must be zero or a positive number; got {value!r}")
-        if self.limits is not None and not -math.inf < self.limits[0] < self.limits[1] < math.inf:
-            raise ParameterError(
-                f"limits must be a lower angle below an upper one, in rad; got {self.limits!r}"
-            )
+                refuse(name, given, "zero or a positive number")
+            object.__setattr__(self, name, value)
+        if self.limits is not None:
+            wanted = "a lower angle below an upper one, in rad"
+            lower, upper = map(nearest_float, as_pair("limits", self.limits, wanted))
+            if not -math.inf < lower < upper < math.inf:
+                refuse("limits", self.limits, wanted)
+            object.__setattr__(self, "limits", (lower, upper))
 
 
 _FREE = (JointProperties(), JointProperties())
@@ -72,18 +91,19 @@ def write_planar_urdf(
     """Return a URDF of the chain with the given links (kg, m, kg m²), from the base outward.
 
     A joint with limits is revolute, any other continuous. Reading the text back gives the same
-    numbers to the last bit. Raises `ParameterError` for a parameter that is not a finite number, or
-    a name that is not printable text.
+    numbers to the last bit. Raises `ParameterError` for parameters that no chain has, such as a
+    length of link 1 that is not positive, or a name that is not printable text.
     """
     # It imports the network library, which commands that write no URDF do not need.
     from xml.sax.saxutils import quoteattr
 
     if not as_word("name", name) or not name.isprintable():
         refuse("name", name, "printable text")
-    first, second = links
+    first, second = _checked(links)
+    joint1, joint2 = _both("joints", joints, JointProperties)
     radius1 = first.length / _SLENDERNESS
     radius2 = second.length / _SLENDERNESS or radius1
-    at_base, at_elbow, at_end = ((float(x), 0.0) for x in (0.0, first.length, second.length))
+    at_base, at_elbow, at_end = ((x, 0.0) for x in (0.0, first.length, second.length))
     parts = [
         '<?xml version="1.0" encoding="utf-8"?>',
         f"<robot name={quoteattr(name)}>",
@@ -92,8 +112,8 @@ def write_planar_urdf(
         _marker("ground"),
         _link("link1", first, radius1),
         _link("link2", second, radius2),
-        _hinge("joint1", "ground", "link1", at_base, joints[0]),
-        _hinge("joint2", "link1", "link2", at_elbow, joints[1]),
+        _hinge("joint1", "ground", "link1", at_base, joint1),
+        _hinge("joint2", "link1", "link2", at_elbow, joint2),
     ]
     markers = (
         ("A", "ground", at_base),
@@ -107,12 +127,51 @@ def write_planar_urdf(
     return "\n".join([*parts, "</robot>", ""])
 
 
+def _both(name: str, value: Any, kind: type[_Kind]) -> tuple[_Kind, _Kind]:
+    """Return two objects of a class, or raise `ParameterError`."""
+    wanted = f"a pair of {kind.__name__}"
+    entries = as_tuple(name, value, wanted)
+    if len(entries) != 2:
+        refuse(name, value, wanted)
+    for k, entry in enumerate(entries):
+        check_instance(f"{name}[{k}]", entry, kind)
+    return entries[0], entries[1]
+
+
+def _checked(links: Any) -> tuple[LinkParameters, LinkParameters]:
+    """Return links in float64 that the reader accepts, or raise `ParameterError`."""
+    first, second = map(_in_float64, (1, 2), _both("links", links, LinkParameters))
+    check_signs(
+        (first.mass, second.mass), (first.length, second.length), (first.inertia, second.inertia)
+    )
+    link = link_without_inertia((first, second))
+    if link is not None:
+        positive(link, f"inertia about {'AB'[link - 1]}", 0.0, "kg m²")
+    return first, second
+
+
+def _in_float64(number: int, link: LinkParameters) -> LinkParameters:
+    where = f"link {number}"
+    centre = f"{where}: centre"
+    along, across = as_pair(centre, link.centre, "a pair (along, across) in m")
+    return LinkParameters(
+        mass=_within_range(f"{where}: mass", link.mass),
+        length=_within_range(f"{where}: length", link.length),
+        centre=(_within_range(f"{centre}[0]", along), _within_range(f"{centre}[1]", across)),
+        inertia=_within_range(f"{where}: inertia", link.inertia),
+    )
+
+
+def _within_range(name: str, value: Any) -> float:
+    number = as_real(name, value)
+    if abs(number) > _LARGEST:
+        refuse(name, value, f"a number of at most {_LARGEST:.0e} in size")
+    return number
+
+
 def _number(value: float) -> str:
-    """Return the shortest text that reads back as the same number."""
-    number = float(value)
-    if not math.isfinite(number):
-        raise ParameterError(f"a parameter must be a finite number; got {value!r}")
-    return repr(number + 0.0)
+    """Return the shortest text that reads back as the same number, and zero without a sign."""
+    return repr(value + 0.0)
 
 
 def _xyz(place: tuple[float, float]) -> str:
