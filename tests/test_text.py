@@ -8,6 +8,7 @@ from twolink.text import (
     as_vector,
     choice,
     distinct,
+    distinct_names,
     either,
     name_of_source,
     one_line,
@@ -68,6 +69,22 @@ def test_numbers_are_told_apart(number, shown):
 )
 def test_vectors_have_six_digits(vector, shown):
     assert as_vector(vector) == shown
+
+
+@pytest.mark.parametrize(
+    ("names", "form", "told_apart"),
+    [
+        (["a", "b"], "{} ({})", ["a", "b"]),
+        (["x", "x", "x"], "{} ({})", ["x", "x (2)", "x (3)"]),
+        (["x (4)", "x", "x"], "{} ({})", ["x (4)", "x", "x (2)"]),
+        (["x", "x", "x", "x (2)"], "{} ({})", ["x", "x (3)", "x (4)", "x (2)"]),
+        (["x 2", "x", "x", "x 2"], "{} {}", ["x 2", "x", "x 3", "x 2 2"]),
+        (["{}", "{}"], "{} ({})", ["{}", "{} (2)"]),
+        ([], "{} ({})", []),
+    ],
+)
+def test_names_are_told_apart(names, form, told_apart):
+    assert distinct_names(names, form) == told_apart
 
 
 def test_one_line_is_one_line_and_bounded():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import reprlib
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
@@ -77,6 +78,24 @@ def as_vector(components: Iterable[float]) -> str:
     """Return a vector with six digits of each component, such as (1, 0, -0.333333)."""
     # Adding 0.0 turns −0.0 into 0.0.
     return f"({', '.join(f'{component + 0.0:.6g}' for component in components)})"
+
+
+def distinct_names(names: Iterable[str], form: str = "{} ({})") -> list[str]:
+    """Return names that are all different: those that come again have a number, by the `form`.
+
+    The number is the first one, from 2 on, that makes a name of no other.
+    """
+    every = list(names)
+    taken, seen = set(every), Counter[str]()
+    found = []
+    for name in every:
+        seen[name] += 1
+        own = name
+        while seen[name] > 1 and (own := form.format(name, seen[name])) in taken:
+            seen[name] += 1
+        taken.add(own)
+        found.append(own)
+    return found
 
 
 def as_sentence(words: str) -> str:

@@ -10,6 +10,8 @@ from twolink.chain import Chain
 from twolink.cli import app
 from twolink.cli.plot import OF_MOTION
 from twolink.data import data_path
+from twolink.scene import Scene
+from twolink.simulation import simulate
 
 SLIDING = data_path("scenes/slide_and_stop.toml")
 FREE_FALL = data_path("scenes/free_fall.toml")
@@ -116,6 +118,20 @@ def test_a_trajectory_beside_a_scene_is_plotted_with_samples_of_the_scene(tmp_pa
     for name, sources in (("a", [saved, "--with", FREE_FALL]), ("b", [FREE_FALL, "--with", saved])):
         result = plot(*sources, "--kind", "difference", "--out", tmp_path / f"{name}.svg", *FEW)
         assert result.exit_code == 0, result.output
+
+
+def test_motions_from_files_of_one_name_are_all_drawn(tmp_path):
+    fall = simulate(Scene.load("free_fall"), samples=21)
+    files = [tmp_path / name / "run.npz" for name in ("a", "b", "c")]
+    for file in files:
+        file.parent.mkdir()
+        fall.save(file)
+    beside = [word for file in files[1:] for word in ("--with", file)]
+    result = plot(files[0], *beside, "--kind", "path", "--out", tmp_path / "path.svg")
+    assert result.exit_code == 0, result.output
+    drawn = (tmp_path / "path.svg").read_text(encoding="utf-8")
+    assert ">run<" in drawn
+    assert ">run (2)<" in drawn
 
 
 @pytest.mark.parametrize(

@@ -24,9 +24,11 @@ from twolink.effects import (
     PiecewiseEffect,
     RotorEffect,
     SampledTorque,
+    Surface,
     contact_elements,
     discontinuities,
     effect_class,
+    names_of,
     pieces_at,
     potential_energy,
     smooth_loads,
@@ -67,6 +69,13 @@ def test_every_registered_effect_fulfils_a_contract(name):
     kind = effect_class(name)
     assert issubclass(kind, Effect)
     assert not inspect.isabstract(kind)
+
+
+def test_effects_have_different_names():
+    walls = [Surface((1.0, 0.0), (-1.0, 0.0), name=name) for name in ("3", "", "")]
+    acting = (Gravity(), EndForce(1.0, 0.0), Gravity(), *walls)
+    names = ["Gravity", "EndForce", "Gravity 2", "Surface 3", "Surface", "Surface 2"]
+    assert names_of(acting) == names
 
 
 def test_the_contracts_are_public():

@@ -8,7 +8,7 @@ from urllib.parse import unquote, urlparse
 import pytest
 
 from twolink.chain import Chain
-from twolink.errors import PictureError
+from twolink.errors import ParameterError, PictureError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.viz import display
@@ -33,6 +33,25 @@ def test_several_trajectories_have_different_names(fall):
     assert len(names) == 3
     named, _ = fall.plot("angles", fall, names=["again"]).axes
     assert "$q_1$, again" in {line.get_label() for line in named.lines}
+
+
+@pytest.mark.parametrize("names", [["x (4)", "x", "x"], ["x", "x", "x"], ["x", "x", "x (2)"]])
+def test_every_motion_is_drawn_whatever_its_name(fall, names):
+    above, _ = fall.plot("angles", fall, fall, fall, names=names).axes
+    labels = {line.get_label() for line in above.lines}
+    assert len({label for label in labels if label.startswith("$q_1")}) == 4
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_more_names_than_motions_are_refused(fall, others):
+    wanted = f"names must be at most {others}, one for each further motion; got 2"
+    with pytest.raises(ParameterError, match=wanted):
+        fall.plot("path", *[fall] * others, names=("one", "two"))
+
+
+def test_motions_of_one_film_have_different_names(fall):
+    title = fall.scene.title
+    assert display.film(fall, fall, fall).names == (title, f"{title} (2)", f"{title} (3)")
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from twolink.cli.terminal import FAILED, check_target, refuse, say, warn
 from twolink.cli.trajectories import trajectory_of
 from twolink.errors import ParameterError
 from twolink.suffixes import PLOTS, TRAJECTORIES
-from twolink.text import choice, either
+from twolink.text import choice, distinct_names, either
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -126,7 +126,9 @@ def _plotted(asked: _Asked) -> tuple[Trajectory | None, dict[str, Figure], list[
         trajectory = None
         if asked.kind != "verification":
             trajectory = trajectory_of(asked.source, options, bar)
-        others = {other.stem: trajectory_of(other, options, bar) for other in asked.beside}
+        names = distinct_names(other.stem for other in asked.beside)
+        motions = (trajectory_of(other, options, bar) for other in asked.beside)
+        others = dict(zip(names, motions, strict=True))
         drawn = _drawn(asked, trajectory, others, bar)
         return trajectory, drawn, _write(drawn, asked.out, asked.kind)
 

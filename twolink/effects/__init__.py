@@ -7,6 +7,7 @@ has the base classes for effects of your own.
 from __future__ import annotations
 
 import importlib
+from collections import Counter
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from twolink.effects.effect import (
     smooth_loads,
     with_rotors,
 )
+from twolink.text import distinct_names
 
 if TYPE_CHECKING:
     from twolink.effects.compliant_surface import CompliantSurface
@@ -127,11 +129,10 @@ def effect_class(name: str) -> Any:
 def names_of(effects: Iterable[Effect]) -> list[str]:
     """Return a name for each effect: that of its class, with its label or number if need be."""
     every = list(effects)
-    names = [type(effect).__name__ for effect in every]
-    found: list[str] = []
-    for number, effect in enumerate(every, start=1):
-        name = names[number - 1]
-        if names.count(name) > 1:
-            name = f"{name} {effect.label}".strip()
-        found.append(name if name not in found else f"{name} {number}")
-    return found
+    classes = [type(effect).__name__ for effect in every]
+    count = Counter(classes)
+    names = (
+        f"{name} {effect.label}".strip() if count[name] > 1 else name
+        for name, effect in zip(classes, every, strict=True)
+    )
+    return distinct_names(names, "{} {}")

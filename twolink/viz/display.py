@@ -19,6 +19,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from twolink.chain import Chain
+from twolink.errors import ParameterError
 from twolink.inputs import (
     as_count,
     as_number,
@@ -31,6 +32,7 @@ from twolink.inputs import (
 )
 from twolink.scene import Scene
 from twolink.simulation import Trajectory
+from twolink.text import distinct_names
 from twolink.viz.film import Film
 from twolink.viz.page import player_page
 from twolink.viz.plots.kinds import plot_of
@@ -56,13 +58,14 @@ def plot(
 ) -> Figure:
     """Return a plot of trajectories, the first in full: a matplotlib figure.
 
-    `names` are those of the further ones, by default their titles. Raises `PictureError` for an
-    unknown kind or theme, and for a kind that does not suit so many trajectories.
+    `names` are those of the further ones, by default their titles; those that come again have a
+    number. Raises `PictureError` for an unknown kind or theme, and for a kind that does not suit so
+    many trajectories, and `ParameterError` for more names than further trajectories.
     """
     for each in trajectories:
         check_instance("a motion", each, Trajectory)
     first, *others = trajectories
-    named = _names(others, as_words("names", names))
+    named = distinct_names(_names(others, as_words("names", names)))
     return plot_of(kind, first, theme, dict(zip(named, others, strict=True)))
 
 
@@ -79,10 +82,9 @@ def film(
     """
     for each in ghosts:
         check_instance("a ghost", each, Trajectory)
-    runs = [Run(name, each) for name, each in zip(_names(ghosts, ()), ghosts, strict=True)]
-    first = Run(trajectory.scene.title, trajectory)
+    runs = tuple(Run(each.scene.title, each) for each in (trajectory, *ghosts))
     frames, pace = nearest_float(as_number("fps", fps)), nearest_float(as_number("speed", speed))
-    return Film((first, *runs), fps=frames, speed=pace, theme=theme_named(theme))
+    return Film(runs, fps=frames, speed=pace, theme=theme_named(theme))
 
 
 def record(
@@ -147,9 +149,9 @@ def drawing(thing: Scene | Chain) -> str:
 
 
 def _names(others: Sequence[Trajectory], names: Sequence[str]) -> list[str]:
-    """Return a name for each trajectory, all different."""
-    found: list[str] = []
-    for number, other in enumerate(others):
-        name = names[number] if number < len(names) else other.scene.title
-        found.append(name if name not in found else f"{name} ({number + 2})")
-    return found
+    """Return the names of trajectories: the given ones first, and the titles of the others."""
+    if len(names) > len(others):
+        raise ParameterError(
+            f"names must be at most {len(others)}, one for each further motion; got {len(names)}"
+        )
+    return [*names, *(other.scene.title for other in others[len(names) :])]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from twolink.errors import PictureError
-from twolink.text import distinct, printable
+from twolink.text import distinct, distinct_names, printable
 from twolink.times import merged
 from twolink.viz.commands import (
     background,
@@ -117,8 +117,10 @@ class Film:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of runs if there are several."""
-        return tuple(printable(run.name) for run in self.runs) if len(self.runs) > 1 else ()
+        """The names of runs if there are several, all different."""
+        if len(self.runs) == 1:
+            return ()
+        return tuple(distinct_names(printable(run.name) for run in self.runs))
 
     def framing(self, width: int, height: int) -> Framing:
         """Return the mapping of the film's points to a window of this size (pixels)."""
