@@ -114,7 +114,7 @@ def test_a_scene_s_own_urdf_is_shown(tmp_path):
         ([SCENES / "drop.toml", "--fps", "1e-9"], "fps must be 0.01 to 240; got 1e-09"),
         ([SCENES / "drop.toml", "--speed", "1e-12"], "speed must be 1e-06 to 1e+06; got 1e-12"),
         ([SCENES / "drop.toml", "--speed", "1e-5"], "a speed of 1e-05 would take about"),
-        ([SCENES / "drop.toml", "--at", "3"], "--at must be left out with a .html file; got both"),
+        ([SCENES / "drop.toml", "--at", "3"], "at must be left out with a .html file; got 3 s"),
         (
             [SCENES / "drop.toml", "--ghost", "newton"],
             "must be one of momenta, lagrange, kane, pinocchio; got 'newton'",

@@ -63,7 +63,16 @@ def test_invalid_recordings_are_rejected(name, size, words):
 
 def test_a_time_outside_the_film_is_refused(tmp_path):
     with pytest.raises(PictureError, match=r"at must be 0 to 1 s; got 3 s"):
-        record(film_of("drop", 1.0), tmp_path / "a.html", at=3.0)
+        record(film_of("drop", 1.0), tmp_path / "a.png", at=3.0)
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".webm", ".gif", ".html"])
+def test_a_time_goes_with_a_picture_alone(suffix, tmp_path):
+    """As a frame it would be off the grid of the others."""
+    wanted = f"at must be left out with a {suffix} file; got 0.01 s"
+    with pytest.raises(PictureError, match=wanted):
+        record(film_of("drop", 1.0, fps=25), tmp_path / f"a{suffix}", at=0.01)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow

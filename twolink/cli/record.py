@@ -58,14 +58,12 @@ def record(
     from twolink.viz.recording import STAGES, check_recording
     from twolink.viz.recording import record as recorded
 
-    if out.suffix != ".png":
-        check_unused(context, f"a {out.suffix} file", "at")
     if out.suffix == ".html":
         check_unused(context, "a .html file, which fills its window", "size")
     rate = (25.0 if out.suffix == ".gif" else 30.0) if fps is None else fps
     pixels = _size(size)
     # Missing programs and invalid options are reported before anything is simulated.
-    check_recording(out, pixels, rate)
+    check_recording(out, pixels, rate, at)
     film = film_of(
         motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=rate, speed=speed,
         theme=theme, force=force, frame_bytes=BYTES_OF_A_FRAME,

@@ -97,7 +97,8 @@ def record(
 ) -> None:
     """Record the film of a trajectory to a .mp4, .webm, .gif, .png or .html file.
 
-    `size` is in pixels, `at` the time of a .png (s); `options` are those of `film`.
+    `size` is in pixels, `at` the time of a .png (s); `options` are those of `film`. Raises
+    `PictureError` for options out of range, and for an `at` with any other file.
     """
     file = as_path("path", path)
     width, height = (as_count("size", length) for length in as_pair("size", size))

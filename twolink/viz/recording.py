@@ -13,7 +13,7 @@ import numpy as np
 from twolink.errors import PictureError
 from twolink.files import atomic_write, scratch_folder
 from twolink.suffixes import FILMS, RECORDINGS
-from twolink.text import choice
+from twolink.text import choice, distinct
 from twolink.viz.browser import Browser, Page, browser_program
 from twolink.viz.encoding import check_decoded, check_film, decoded, encoder, ffmpeg
 from twolink.viz.film import Film
@@ -45,16 +45,16 @@ def record(
     """Write a film to a file in the format of its suffix.
 
     A .mp4, .webm or .gif is decoded again to check its frames, times and size (pixels). A .png is
-    one picture at exactly the time `at` (s), by default the end. A .html plays
-    the film in any browser, offline; with `follows` in the colours of its reader's scheme. The file
-    is written atomically; `patience` (s) is the time limit of the browser's answers. Raises
-    `PictureError` for invalid options, `BrowserError` if browser or encoder fail, and `FileError`
-    if the file cannot be written.
+    one picture at exactly the time `at` (s), by default the end; no other file has such a time. A
+    .html plays the film in any browser, offline; with `follows` in the colours of its reader's
+    scheme. The file is written atomically; `patience` (s) is the time limit of the browser's
+    answers. Raises `PictureError` for invalid options, `BrowserError` if browser or encoder fail,
+    and `FileError` if the file cannot be written.
     """
-    check_recording(file, size, film.fps)
-    report = progress or (lambda stage, share: None)
     if at is not None:
         film = replace(film, still=at)
+    check_recording(file, size, film.fps, at)
+    report = progress or (lambda stage, share: None)
     number = len(film.times) - 1 if at is None else int(np.searchsorted(film.times, at))
     with atomic_write(file) as temporary:
         if file.suffix == ".html":
@@ -78,10 +78,13 @@ def record(
         report("checking", 1.0)
 
 
-def check_recording(file: Path, size: tuple[int, int], fps: float) -> None:
-    """Raise `PictureError` for invalid formats and sizes, and for missing programs."""
+def check_recording(file: Path, size: tuple[int, int], fps: float, at: float | None = None) -> None:
+    """Raise `PictureError` for invalid formats, sizes and times, and for missing programs."""
     if file.suffix not in RECORDINGS:
         raise PictureError(f"{file}: {choice('the suffix', file.suffix, RECORDINGS)}")
+    # A film's frames and a page's are on a grid of times: one more would be off it.
+    if at is not None and file.suffix != ".png":
+        raise PictureError(f"at must be left out with a {file.suffix} file; got {distinct(at)} s")
     if not all(_LEAST <= length <= _MOST for length in size):
         raise PictureError(
             f"the size must be {_LEAST} to {_MOST} pixels each way; got {size[0]}x{size[1]}"
