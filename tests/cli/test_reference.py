@@ -1,9 +1,12 @@
 """The command `twolink reference`: its times and digits."""
 
+from dataclasses import replace
+
 import pytest
 from typer.testing import CliRunner
 
 from twolink.cli import app
+from twolink.scene import Scene
 
 
 def run(*words):
@@ -33,6 +36,17 @@ def test_bad_input_is_refused_in_one_sentence(words, sentence, tmp_path):
     assert result.stderr == f"twolink: {sentence}\n"
     assert result.stdout == ""
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("duration", [0.11, 0.21, 0.42, 0.98, 1.62])
+def test_the_last_fifth_ends_with_the_run(duration, tmp_path):
+    """Five times a duration, divided by five, may be more than it."""
+    scene, out = tmp_path / "short.toml", tmp_path / "short.csv"
+    scene.write_text(replace(Scene.load("general"), duration=duration).to_toml(), "utf-8")
+    result = run(scene, "--fifths", "--digits", 5, "--out", out)
+    assert result.exit_code == 0, result.output
+    times = [float(line.partition(",")[0]) for line in out.read_text().splitlines()[1:]]
+    assert times == [*(duration * part / 5 for part in range(1, 5)), duration]
 
 
 @pytest.mark.parametrize("options", [[], ["--rigorous"]])

@@ -153,9 +153,7 @@ class _Asked:
         return min(self.digits or _COMPUTED, most_digits(scene))
 
     def _found(self, file: Path, scene: Scene, compute: Any, wanted: Callable[[Scene], int]) -> Any:
-        times = self.times
-        if self.fifths:
-            times = tuple(scene.duration * part / 5 for part in range(1, 6))
+        times = _fifths(scene.duration) if self.fifths else self.times
         with progress_bar() as bar:
             task = bar.add_task("computing", total=1.0)
             return compute(
@@ -167,6 +165,12 @@ class _Asked:
                     task, description=f"{file.stem}: {stage}", completed=share
                 ),
             )
+
+
+def _fifths(duration: float) -> tuple[float, ...]:
+    """Return the ends of the fifths of a duration (s)."""
+    # Five fifths may round to more than the duration.
+    return *(duration * part / 5 for part in range(1, 5)), duration
 
 
 def _loaded(files: list[Path], into_one: bool) -> dict[Path, Scene]:
