@@ -20,6 +20,7 @@ LAYERS = [
     "twolink.times",
     "twolink.tables",
     "twolink.files",
+    "twolink.toml",
     "twolink.validation",
     "twolink.values",
     "twolink.interruptible",

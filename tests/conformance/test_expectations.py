@@ -96,7 +96,10 @@ def test_a_file_of_expectations_is_read(tmp_path):
         ('[[expect]]\nreason = "x"\ntest = "a"\nbecause = "y"\n', "because: Extra inputs"),
         ('[expect]\nreason = "x"\n', r"must have tables \[\[expect\]\] only"),
         ("[[skip]]\n", r"must have tables \[\[expect\]\] only"),
-        ("[[", "twolink-expect.toml: "),
+        ("[[", "twolink-expect.toml: a file of expectations must be TOML; got another text"),
+        ("x = " + "[" * 3000 + "]" * 3000, "toml: tables must not be nested deeper than those of"),
+        ("x = " + "9" * 5000, r"must be TOML; got another text \(Exceeds the limit"),
+        (f"{'.'.join('a' * 50_000)} = 1", "tables must not be nested deeper"),
     ],
 )
 def test_files_that_are_refused(text, words, tmp_path):

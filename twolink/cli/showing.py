@@ -188,9 +188,9 @@ def _by_pinocchio(first: Trajectory, step: float) -> Trajectory:
 
 def _urdf_of(motion: Path) -> Path | None:
     """Return the URDF that a scene file names for its chain."""
-    import tomllib
+    from twolink.scene.text import read_text, tables
 
     if motion.suffix in TRAJECTORIES:
         return None
-    named = tomllib.loads(motion.read_text(encoding="utf-8"))["chain"].get("urdf")
+    named = tables(read_text(motion), str(motion))["chain"].get("urdf")
     return motion.parent / named if named is not None else None

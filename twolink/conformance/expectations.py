@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import operator
 import re
-import tomllib
 from collections.abc import Iterable
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -26,11 +25,11 @@ from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from twolink import toml
 from twolink.conformance.results import Report, TestResult
 from twolink.engines.marks import Mark
 from twolink.engines.messages import Message
 from twolink.errors import FileError, ParameterError
-from twolink.files import read_bytes
 from twolink.text import one_line, quoted
 
 _LARGEST = 2**20
@@ -83,8 +82,8 @@ def read_expectations(path: Path) -> tuple[Expectation, ...]:
     """Return the expectations of a TOML file. Raises `ParameterError` for anything else."""
     name = one_line(path, 300)
     try:
-        table: dict[str, Any] = tomllib.loads(read_bytes(path, _LARGEST).decode("utf-8"))
-    except (FileError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        table = toml.tables(toml.read_text(path, _LARGEST), "a file of expectations")
+    except FileError as error:
         raise ParameterError(f"{name}: {one_line(error, 300)}") from error
     entries = table.pop("expect", [])
     if table or not isinstance(entries, list):

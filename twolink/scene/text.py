@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
+from twolink import toml
 from twolink.errors import FileError, SceneError
-from twolink.files import check_no_mark, read_bytes
 from twolink.text import one_line
 
 LARGEST_FILE = 4 * 2**20
@@ -17,9 +16,6 @@ LARGEST_FILE = 4 * 2**20
 # A table of effects, a list of tables, one table, a list, a list in it.
 _DEEPEST = 10
 
-# A key of fifty names with dots between; tomllib takes memory by the square of their number.
-_LONG_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')\s*+\.\s*+){50}""")
-
 # The root of a URDF.
 _URDF = re.compile(r"<robot[\s>]")
 _FOR_A_URDF = (
@@ -27,43 +23,26 @@ _FOR_A_URDF = (
     "or twolink urdf show"
 )
 
-_TOO_DEEP = "tables must not be nested deeper than those of a scene file"
+_KIND = "a scene file"
 
 
 def read_text(file: Path) -> str:
     """Return the text of a file, or raise `SceneError`."""
     try:
-        content = read_bytes(file, LARGEST_FILE)
-        check_no_mark(content)
-        # Line ends as Python reads them from text.
-        return content.decode("utf-8").replace("\r\n", "\n")
+        return toml.read_text(file, LARGEST_FILE)
     except FileError as error:
         raise SceneError(f"{one_line(file, 300)}: {error}") from error
-    except UnicodeDecodeError as error:
-        raise SceneError(
-            f"{one_line(file, 300)}: byte {error.start} is not UTF-8; must be a TOML file in UTF-8"
-        ) from error
 
 
 def tables(text: str, source: str) -> dict[str, Any]:
     """Return the tables of a TOML text; `SceneError` names the `source` where it is none."""
+    # No TOML begins so.
+    if text.lstrip().startswith("<") and _URDF.search(text):
+        raise SceneError(f"{source}: {_KIND} must be TOML; got a URDF, {_FOR_A_URDF}")
     try:
-        if _LONG_KEY.search(text):
-            raise RecursionError
-        found = tomllib.loads(text)
-    except RecursionError as error:
-        raise SceneError(f"{source}: {_TOO_DEEP}") from error
-    except ValueError as error:
-        if _URDF.search(text):
-            raise SceneError(
-                f"{source}: a scene file must be TOML; got a URDF, {_FOR_A_URDF}"
-            ) from (error)
-        # Python's int() refuses thousands of digits with an error that is not TOML's.
-        reason = " ".join(str(error).split())
-        raise SceneError(
-            f"{source}: a scene file must be TOML; got another text ({reason})"
-        ) from error
-    return found
+        return toml.tables(text, _KIND)
+    except FileError as error:
+        raise SceneError(f"{source}: {error}") from error
 
 
 def check_tables(table: Any, source: str) -> None:
@@ -71,7 +50,7 @@ def check_tables(table: Any, source: str) -> None:
     if not isinstance(table, dict):
         raise SceneError(f"{source}: a scene must be a dict; got {type(table).__name__}")
     if _is_deep(table):
-        raise SceneError(f"{source}: {_TOO_DEEP}")
+        raise SceneError(f"{source}: {toml.too_deep(_KIND)}")
 
 
 def _is_deep(value: Any) -> bool:
