@@ -11,6 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -20,6 +21,7 @@ from twolink.cli import app
 from twolink.cli.showing import film_of as film_asked_for
 from twolink.data import data_path
 from twolink.viz.browser import BROWSER, Browser
+from twolink.viz.run import TRAIL_RATE
 
 SCENES = data_path("scenes")
 
@@ -87,6 +89,8 @@ def test_ghosts_by_formulation_engine_and_file(short):
     assert distances[1] < 1e-10
     assert distances[2] > 1e-2
     assert 1e-7 < distances[3] < 1e-4
+    # Its samples are the frames, and the points of a slow motion's trail between them.
+    assert film.runs[2].trajectory.t == pytest.approx(np.linspace(0.0, 1.0, TRAIL_RATE + 1))
 
 
 def test_a_scene_s_own_urdf_is_shown(tmp_path):

@@ -54,8 +54,8 @@ Speed = Annotated[float, typer.Option(help="Playback speed; 0.5 is slow motion."
 _ENGINE_TOLERANCE = 1e-13
 
 
-# Memory (bytes) of a frame's pose, and of a point between two frames; these points per second.
-BYTES_OF_A_POSE, _TRAIL_RATE = 200, 120
+# Memory (bytes) of a point of a trail while it is computed: measured as 310 to 460.
+_BYTES_OF_A_POINT = 500
 
 # Memory of a frame in a page that plays a film: measured as 45 kB to 73 kB, for the scene "drop"
 # at 60 and 240 frames per second.
@@ -85,12 +85,12 @@ def film_of(
     speed: float,
     theme: str | None,
     force: bool = False,
-    frame_bytes: int = BYTES_OF_A_POSE,
+    frame_bytes: int = 0,
 ) -> Film:
     """Return the film of a scene or trajectory, with ghosts beside it.
 
-    `frame_bytes` is the memory that a frame will take. Scenes are simulated, with a progress bar.
-    Raises `TwolinkError` for motions that cannot be shown.
+    `frame_bytes` is the memory that a frame takes besides its points. Scenes are simulated, with a
+    progress bar. Raises `TwolinkError` for motions that cannot be shown.
     """
     from twolink.scene import scene_file
     from twolink.simulation import RunOptions
@@ -121,10 +121,13 @@ def film_of(
 def check_frames(
     duration: float, fps: float, speed: float, frame_bytes: int, limits: Limits
 ) -> None:
-    """Refuse more frames, or more of the motion between two of them, than memory can hold."""
+    """Refuse more frames, or more points of trails between them, than memory can hold."""
+    from twolink.viz.run import points_of_a_frame
+
+    _, points = points_of_a_frame(fps)
     limits.check_memory(
         f"{duration:g} s at {fps:g} frames a second and a speed of {speed:g}",
-        frame_bytes * duration * fps / speed + BYTES_OF_A_POSE * _TRAIL_RATE / fps,
+        (frame_bytes + _BYTES_OF_A_POINT * points) * duration * fps / speed,
     )
 
 
@@ -163,10 +166,11 @@ def _by_pinocchio(first: Trajectory, step: float) -> Trajectory:
     from twolink.engines.scipy_pinocchio import ScipyOverPinocchio
     from twolink.simulation.run import Statistics
     from twolink.times import merged
+    from twolink.viz.run import TRAIL_RATE
 
     scene = first.scene
     # States at frames are the engine's own, not interpolated between samples.
-    finer = max(1, math.ceil(step * 120))
+    finer = max(1, math.ceil(step * TRAIL_RATE))
     frames = np.arange(math.floor(scene.duration / step * (1 + 1e-12)) + 1) * step
     between = (frames[:, None] + step * np.arange(finer) / finer).ravel()
     times = merged(between[between < scene.duration], [0.0, scene.duration])

@@ -26,7 +26,7 @@ from twolink.viz.framing import Box, Framing, box_of, grid_spacing
 from twolink.viz.grid import grid
 from twolink.viz.impacts import Impacts
 from twolink.viz.labels import Label, Mark
-from twolink.viz.links import TRAIL_RATE, Pen, poses
+from twolink.viz.links import Pen, poses
 from twolink.viz.run import Moments, Run
 from twolink.viz.shapes import Array
 from twolink.viz.surfaces import (
@@ -101,8 +101,7 @@ class Film:
     @cached_property
     def moments(self) -> tuple[Moments, ...]:
         """Each run at the times of frames and some in between."""
-        finer = max(1, round(TRAIL_RATE / self.fps))
-        return tuple(run.moments(self.times, finer) for run in self.runs)
+        return tuple(run.moments(self.times, self.fps) for run in self.runs)
 
     @property
     def reach(self) -> float:

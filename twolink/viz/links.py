@@ -15,8 +15,8 @@ from twolink.viz.themes import Theme
 # Widths relative to the length that scales them.
 _BAR, _GHOST_BAR, _TRAIL, _GHOST_TRAIL = 0.042, 0.026, 0.03, 0.018
 
-# Duration of D's trail on the screen (s), and its samples per second there.
-TRAIL_SECONDS, TRAIL_RATE = 1.0, 90
+# Duration of D's trail on the screen (s).
+TRAIL_SECONDS = 1.0
 
 # Points of a trail are rounded to this part of the length: invisible, and films stay small.
 _FINE = 2.0**-14

@@ -22,6 +22,15 @@ _SEEN = 1e-3
 # points than this between two frames.
 _TURN, _MOST_BETWEEN = 0.12, 24
 
+TRAIL_RATE = 90
+"""The least number of points of a trail in a second, of the film or of the motion."""
+
+
+def points_of_a_frame(fps: float) -> tuple[int, int]:
+    """Return the least and the largest number of points of a trail from one frame to the next."""
+    least = max(1, round(TRAIL_RATE / fps))
+    return least, max(least, _MOST_BETWEEN)
+
 
 @dataclass(frozen=True)
 class Run:
@@ -80,15 +89,17 @@ class Run:
             return None
         return None if force is None else abs(float(force[0]))
 
-    def moments(self, frames: Array, finer: int) -> Moments:
+    def moments(self, frames: Array, fps: float) -> Moments:
         """Return the states at the times of frames (s), between them, and at impacts.
 
-        There are at least `finer` times for each frame, and as many that no link turns visibly.
+        There are as many times between frames that no link turns visibly, within
+        `points_of_a_frame`.
         """
+        least, most = points_of_a_frame(fps)
         _, u = self.states(frames)
         fastest = np.abs(u).max(axis=0)
         turned = np.maximum(fastest[:-1], fastest[1:]) * np.diff(frames)
-        counts = np.clip(np.ceil(turned / _TURN), finer, max(finer, _MOST_BETWEEN)).astype(int)
+        counts = np.clip(np.ceil(turned / _TURN), least, most).astype(int)
         between = np.concatenate(
             [
                 start + length * np.arange(count) / count
