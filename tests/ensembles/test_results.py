@@ -3,7 +3,7 @@ import pytest
 
 from tests.ensembles.cases import axis, ensemble, words_of
 from twolink import Results, sweep
-from twolink.errors import FileError
+from twolink.errors import FileError, ParameterError
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +61,26 @@ def test_a_summary_counts_runs_errors_and_verdicts(found):
 def test_a_folder_without_results_is_refused(tmp_path):
     with pytest.raises(FileError, match="must be the result of a sweep; got another folder"):
         Results.load(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("eror", r"the name of an array must be one of .*; got 'eror' \(did you mean 'error'"),
+        ("", "the name of an array must be one of"),
+        (5, "the name of an array must be a string; got 5"),
+    ],
+)
+def test_the_name_of_no_array_is_refused(found, name, sentence):
+    with pytest.raises(ParameterError, match=sentence):
+        found.array(name)
+
+
+def test_results_that_are_gone_are_refused(tmp_path):
+    gone = Results(tmp_path / "gone")
+    for ask in (lambda: gone.array("q"), gone.dataset, gone.grid, gone.summary):
+        with pytest.raises(FileError, match="there is no result of a sweep"):
+            ask()
 
 
 def test_a_summary_counts_the_runs_of_unknown_error(tmp_path):

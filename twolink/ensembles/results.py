@@ -12,9 +12,9 @@ import numpy as np
 
 from twolink.ensembles.axes import FixedValues
 from twolink.ensembles.file import axes_of
-from twolink.ensembles.store import attributes
-from twolink.inputs import as_path
-from twolink.optional import xarray, zarr
+from twolink.ensembles.store import attributes, group_of
+from twolink.inputs import as_choice, as_path
+from twolink.optional import xarray
 from twolink.tables import Table, table
 
 # Reasons that a summary lists.
@@ -43,8 +43,13 @@ class Results:
         return attributes(self.path)
 
     def array(self, name: str) -> Any:
-        """Return an array by its name, with an entry for each run: shape (runs, …)."""
-        return zarr().open_group(self.path, mode="r")[name][:]
+        """Return an array by its name, with an entry for each run: shape (runs, …).
+
+        Raises `ParameterError` for the name of no array, and `FileError` where there are no
+        results.
+        """
+        group = group_of(self.path)
+        return group[as_choice("the name of an array", name, sorted(group.array_keys()))][:]
 
     @property
     def runs_done(self) -> Any:
@@ -54,8 +59,8 @@ class Results:
 
     def dataset(self) -> Any:
         """Return an xarray dataset, read lazily, with the runs along one dimension `run`."""
-        found = xarray().open_zarr(self.path, consolidated=False, chunks=None)
         names = self.attributes["axes"]
+        found = xarray().open_zarr(self.path, consolidated=False, chunks=None)
         return found.drop_vars("done").set_coords(names)
 
     def grid(self) -> Any:
@@ -121,7 +126,7 @@ class Results:
 
     def _verdicts(self, done: Any) -> list[tuple[str, str]]:
         """Return the counts of each verdict."""
-        group = zarr().open_group(self.path, mode="r")
+        group = group_of(self.path)
         found = []
         for name in sorted(group.array_keys()):
             if not name.endswith("_verdict"):

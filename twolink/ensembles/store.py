@@ -121,12 +121,21 @@ def opened(path: Path, ensemble: Ensemble) -> Store:
 
 def attributes(path: Path) -> dict[str, Any]:
     """Return the attributes of a result. Raises `FileError` for any other folder or file."""
+    return dict(group_of(path).attrs)
+
+
+def group_of(path: Path) -> Any:
+    """Return the Zarr group of a result, to be read.
+
+    Raises `FileError` for any other folder or file.
+    """
     with _in_one_sentence(path):
         try:
-            found = dict(zarr().open_group(path, mode="r").attrs)
+            found = zarr().open_group(path, mode="r")
+            about = found.attrs.get("format")
         except (ValueError, KeyError, TypeError) as error:
             raise FileError(f"{one_line(path, 300)}: {_NOT_A_RESULT}") from error
-    if found.get("format") != _FORMAT:
+    if about != _FORMAT:
         raise FileError(f"{one_line(path, 300)}: {_NOT_A_RESULT}")
     return found
 
