@@ -18,7 +18,7 @@ from tests.accuracy.test_study import END
 from twolink import lagrange
 from twolink.accuracy import enclosed_run as module
 from twolink.accuracy.defect_bound import COARSE_BITS, Step
-from twolink.accuracy.enclosure import enclosure
+from twolink.accuracy.enclosure import Enclosure, enclosure
 from twolink.accuracy.frames import Frame
 from twolink.accuracy.interval import Interval
 from twolink.accuracy.multiprecision import precise_motion
@@ -35,7 +35,7 @@ from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.pd_control import PdControl
-from twolink.errors import SimulationError, TwolinkError
+from twolink.errors import ParameterError, SimulationError, TwolinkError
 from twolink.loads import Torque
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
@@ -126,6 +126,27 @@ def test_a_state_ten_radii_away_is_rejected(short):
             other = list(true)
             other[index] += side * Fraction(short.states[0][index].radius)
             assert not short.contains(0, other)
+
+
+@pytest.mark.parametrize(
+    ("state", "sentence"),
+    [
+        (("a", 0, 0, 0), r"state\[0\] must be a finite real number, or one in decimal digits; got"),
+        ((0, 0, math.nan, 0), r"state\[2\] must be a finite real number, or one in .* got nan"),
+        # A state whose first number is outside is no state either.
+        ((9, 0, 0), r"state must be four numbers: q1, q2, u1 and u2; got \(9, 0, 0\)"),
+        ((0, 0, 0, 0, 0), "state must be four numbers"),
+        ((9, "a", 0, 0), r"state\[1\] must be"),
+        (5, "state must be four numbers: q1, q2, u1 and u2; got 5"),
+        ("1234", "state must be four numbers"),
+    ],
+)
+def test_an_enclosure_contains_states_alone(state, sentence):
+    zero = (Interval("0", "1"),) * 4
+    found = Enclosure(GENERAL, (0.0,), (zero,), bits=100, order=10, steps=1)
+    assert found.contains(0, (0.5, "0.25", Fraction(1, 3), Decimal(1)))
+    with pytest.raises(ParameterError, match=sentence):
+        found.contains(0, state)
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from flint import arb
 
 from twolink.accuracy import interval as module
 from twolink.accuracy.interval import Interval, interval
+from twolink.errors import ParameterError
 
 
 def test_intervals_are_rounded_outwards():
@@ -31,6 +32,13 @@ def test_intervals_are_rounded_outwards():
 )
 def test_numbers_of_any_exact_kind_are_compared(number, inside):
     assert (number in Interval("0.11", "0.02")) is inside
+
+
+@pytest.mark.parametrize("number", ["a", "1/0", float("nan"), float("inf"), None, [0.1], 1j])
+def test_an_interval_is_asked_about_numbers_alone(number):
+    wanted = "a number of an interval must be a finite real number, or one in decimal digits; got"
+    with pytest.raises(ParameterError, match=wanted):
+        number in Interval("0.11", "0.02")  # noqa: B015
 
 
 def test_an_exact_number_has_no_radius():

@@ -32,11 +32,12 @@ from twolink.accuracy.defect_bound import COARSE_BITS, jacobian
 from twolink.accuracy.enclosed_impact import EnclosedImpact
 from twolink.accuracy.enclosed_run import ONE_AT_A_TIME, Ended, ProvenRun, State, proven_run
 from twolink.accuracy.frames import Frame
+from twolink.accuracy.interval import as_exact
 from twolink.accuracy.reference import asked_times, exact_inputs
 from twolink.effects import contact_elements, discontinuities
 from twolink.environment import package_versions
 from twolink.errors import SimulationError
-from twolink.inputs import as_count
+from twolink.inputs import as_count, as_tuple, refuse
 from twolink.interruptible import side_by_side
 from twolink.limits import DEFAULT_LIMITS, UNLIMITED, Limits
 from twolink.optional import flint
@@ -122,9 +123,15 @@ class Enclosure:
     def contains(self, index: int, state: Any) -> bool:
         """Return whether the intervals at a time contain q1, q2, u1, u2.
 
-        Numbers may be floats (taken exactly), decimal numbers or Fractions.
+        Numbers may be floats (taken exactly), decimal numbers or Fractions. Raises `ParameterError`
+        for anything but four of them.
         """
-        return all(x in interval for x, interval in zip(state, self.states[index], strict=True))
+        wanted = "four numbers: q1, q2, u1 and u2"
+        entries = as_tuple("state", state, wanted)
+        if len(entries) != 4:
+            refuse("state", entries, wanted)
+        numbers = [as_exact(f"state[{k}]", entry) for k, entry in enumerate(entries)]
+        return all(x in interval for x, interval in zip(numbers, self.states[index], strict=True))
 
 
 def enclosure(

@@ -7,6 +7,8 @@ from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from twolink.inputs import refuse
+
 
 class Interval(NamedTuple):
     """All numbers within `radius` of `centre`, both exact decimal numbers."""
@@ -15,13 +17,23 @@ class Interval(NamedTuple):
     radius: str
 
     def __contains__(self, number: object) -> bool:
-        """Return whether it contains a float, integer, Fraction, Decimal or decimal string."""
-        exact: Any = number
-        distance = abs(Fraction(exact) - Fraction(self.centre))
+        """Return whether it contains a number of those that `as_exact` takes."""
+        distance = abs(as_exact("a number of an interval", number) - Fraction(self.centre))
         return distance <= Fraction(self.radius)
 
     def __str__(self) -> str:
         return f"{self.centre} ± {self.radius}"
+
+
+def as_exact(name: str, value: Any) -> Fraction:
+    """Return a float, a whole number, a Fraction, a Decimal or a decimal string exactly.
+
+    Raises `ParameterError` for anything else, and for infinity and NaN.
+    """
+    try:
+        return Fraction(value)
+    except (TypeError, ValueError, ArithmeticError):
+        refuse(name, value, "a finite real number, or one in decimal digits")
 
 
 def interval(ball: Any, bound: Any) -> Interval:
