@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy
 
 from tests.variations.cases import SPRING, STIFFNESS, J, oscillation
 from twolink.errors import ParameterError
@@ -90,7 +91,14 @@ def test_a_covariance_is_the_product_of_its_factor(random):
         ({"q7": 1.0}, None, "deviations must be of start.q.0, start.u.0, chain.mass.1; got 'q7'"),
         ({"start.q.0": -1.0}, None, "the deviation of start.q.0 must be zero or positive"),
         ({"start.q.0": "x"}, None, "the deviation of start.q.0 must be a number"),
+        (
+            {"start.q.0": sympy.Symbol("x")},
+            None,
+            "the deviation of start.q.0 must be zero or positive, and finite; got x",
+        ),
         ([1.0], None, "deviations must be a mapping"),
+        (None, np.full((3, 3), sympy.Symbol("x")), "covariance must be a 3 × 3 array of numbers"),
+        (None, np.full((3, 3), 10**400), "covariance must be a 3 × 3 array of "),
         (None, np.eye(2), "covariance must be a 3 × 3 array of finite numbers"),
         (None, "x", "covariance must be a 3 × 3 array of numbers"),
         (None, np.full((3, 3), np.nan), "covariance must be a 3 × 3 array of finite numbers"),

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.errors import ParameterError
-from twolink.inputs import as_number, refuse
+from twolink.inputs import as_floats, as_number, nearest_float, refuse
 from twolink.tables import Column, Table, table
 
 Array = NDArray[np.float64]
@@ -133,10 +133,7 @@ def factor_of(
         )
     if deviations is not None:
         return np.diag(_deviations(by, deviations))
-    try:
-        given = np.array(covariance, dtype=float)
-    except (TypeError, ValueError):
-        refuse("covariance", covariance, f"a {len(by)} × {len(by)} array of numbers")
+    given = as_floats("covariance", covariance, f"a {len(by)} × {len(by)} array of numbers")
     if given.shape != (len(by), len(by)) or not np.isfinite(given).all():
         refuse("covariance", covariance, f"a {len(by)} × {len(by)} array of finite numbers")
     values, vectors = np.linalg.eigh(given)
@@ -154,8 +151,9 @@ def _deviations(by: tuple[str, ...], given: Mapping[str, float]) -> list[float]:
         refuse("deviations", unknown, f"of {', '.join(by)}")
     found = []
     for name in by:
-        value = float(as_number(f"the deviation of {name}", given.get(name, 0.0)))
+        own = as_number(f"the deviation of {name}", given.get(name, 0.0))
+        value = nearest_float(own)
         if not 0 <= value < np.inf:
-            refuse(f"the deviation of {name}", value, "zero or positive, and finite")
+            refuse(f"the deviation of {name}", own, "zero or positive, and finite")
         found.append(value)
     return found
