@@ -58,7 +58,7 @@ def built(mujoco: Any, model: ApproximateModel) -> Any:
     return robot
 
 
-def tune(mujoco: Any, robot: Any, model: ApproximateModel, step: float) -> None:
+def tune(robot: Any, model: ApproximateModel, step: float) -> None:
     """Set constraints to the largest stiffness that a step (s) can resolve."""
     robot.dof_solref[:] = _STEPS_OF_SLIP * step, 1.0
     for stop in model.stops:

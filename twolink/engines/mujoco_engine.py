@@ -86,7 +86,7 @@ class Mujoco(UrdfReadingEngine, ApproximatingEngine):
                 begin = perf_counter()
                 for index, (count, size) in enumerate(plan, start=1):
                     robot.opt.timestep = size
-                    mujoco_contact.tune(mujoco, robot, whole, size)
+                    mujoco_contact.tune(robot, whole, size)
                     mujoco.mj_step(robot, data, count)
                     found[index, :2], found[index, 2:] = data.qpos, data.qvel
                 seconds = perf_counter() - begin
