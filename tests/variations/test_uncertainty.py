@@ -83,6 +83,19 @@ def test_a_covariance_is_the_product_of_its_factor(random):
     assert factor_of(("a", "b"), {"b": 2.0}, None).tolist() == [[0, 0], [0, 2]]
 
 
+def test_the_units_of_parameters_do_not_matter(random):
+    """Eigenvalues of the covariance itself have the round-off of 1e4², far above that of 1e-5²."""
+    deviations = np.array([1e-5, 1e-5, 1e4, 0.0])
+    rows = random.normal(size=(4, 4))
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    C = (rows @ rows.T) * np.outer(deviations, deviations)
+    C = (C + C.T) / 2
+    F = factor_of(("q1", "q2", "stiffness", "m1"), None, C)
+    scale = np.outer(deviations, deviations)
+    assert np.abs(F @ F.T - C)[:3, :3] / scale[:3, :3] == pytest.approx(np.zeros((3, 3)), abs=1e-14)
+    assert not F[3].any()
+
+
 @pytest.mark.parametrize(
     ("deviations", "covariance", "sentence"),
     [
@@ -104,6 +117,18 @@ def test_a_covariance_is_the_product_of_its_factor(random):
         (None, np.full((3, 3), np.nan), "covariance must be a 3 × 3 array of finite numbers"),
         (None, np.diag([1.0, 1.0, -1.0]), "covariance must be symmetric and positive semidefinite"),
         (None, np.eye(3, k=1), "covariance must be symmetric and positive semidefinite"),
+        (
+            None,
+            np.array([[1e-20, 2e-20, 0.0], [2e-20, 1e-20, 0.0], [0.0, 0.0, 1.0]]),
+            "covariance must be symmetric and positive semidefinite",
+        ),
+        (
+            None,
+            np.array([[0.0, 1e-9, 0.0], [1e-9, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+            "covariance must be symmetric and positive semidefinite",
+        ),
+        (None, np.eye(3).astype(str), "covariance must be a 3 × 3 array of numbers"),
+        (None, np.eye(3) + 0j, "covariance must be a 3 × 3 array of numbers"),
     ],
 )
 def test_what_is_no_uncertainty_is_refused(found, deviations, covariance, sentence):

@@ -136,11 +136,30 @@ def factor_of(
     given = as_floats("covariance", covariance, f"a {len(by)} × {len(by)} array of numbers")
     if given.shape != (len(by), len(by)) or not np.isfinite(given).all():
         refuse("covariance", covariance, f"a {len(by)} × {len(by)} array of finite numbers")
-    values, vectors = np.linalg.eigh(given)
-    rounding = len(by) * np.spacing(np.abs(values).max())
-    if not np.array_equal(given, given.T) or values.min() < -8 * rounding:
+    found = _factor(given) if np.array_equal(given, given.T) else None
+    if found is None:
         refuse("covariance", covariance, "symmetric and positive semidefinite")
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+    return found
+
+
+def _factor(covariance: Array) -> Array | None:
+    """Return a factor F of a symmetric matrix F Fᵀ, None if it is not positive semidefinite.
+
+    The matrix of correlations is factored: parameters may have units in which one is far larger
+    than another, and eigenvalues have the round-off of the largest.
+    """
+    variances = np.diagonal(covariance)
+    deviations = np.sqrt(np.maximum(variances, 0.0))
+    sizes = np.where(deviations > 0, deviations, 1.0)
+    correlations = covariance / sizes / sizes[:, None]
+    # A parameter without variance varies with no other.
+    if variances.min() < 0 or correlations[deviations == 0].any():
+        return None
+    values, vectors = np.linalg.eigh(correlations)
+    rounding = len(values) * np.spacing(np.abs(values).max())
+    if values.min() < -8 * rounding:
+        return None
+    return np.asarray(deviations[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _deviations(by: tuple[str, ...], given: Mapping[str, float]) -> list[float]:
