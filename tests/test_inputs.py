@@ -3,10 +3,12 @@
 import itertools
 import math
 from dataclasses import dataclass
+from datetime import timedelta
 from decimal import Decimal
 from fractions import Fraction
 from typing import Literal
 
+import mpmath
 import numpy as np
 import pytest
 import sympy
@@ -140,7 +142,14 @@ def test_a_generator_without_an_end_is_refused(monkeypatch):
         inputs.as_tuple("effects", itertools.count(), "a sequence")
 
 
-@pytest.mark.parametrize("given", ["abc", "1", [[1.0]], None, {}, ["a"], [1.0, [2.0]]])
+@pytest.mark.parametrize(
+    "given",
+    [
+        *("abc", "1", [[1.0]], None, {}, ["a"], [1.0, [2.0]], ["2"], [b"2"], [True, False], True),
+        *(2 + 3j, np.array([2 + 3j]), np.timedelta64(2, "ms"), timedelta(seconds=1), [None]),
+        *(np.array([2], "timedelta64[ms]"), np.array([1.0, "2"], object), [sympy.Symbol("t")]),
+    ],
+)
 def test_values_that_are_no_row_of_times_are_refused(given):
     with pytest.raises(ParameterError, match="times must be a number of seconds, or a row of"):
         inputs.as_times(given)
@@ -148,6 +157,9 @@ def test_values_that_are_no_row_of_times_are_refused(given):
 
 def test_times():
     assert inputs.as_times(1).tolist() == [1.0]
+    mixed = np.array([Fraction(1, 4), Decimal("0.5"), mpmath.mpf(1)], object)
+    assert inputs.as_times(mixed).tolist() == [0.25, 0.5, 1.0]
+    assert inputs.as_times(np.array([1, 2], np.longdouble)).tolist() == [1.0, 2.0]
     assert inputs.as_times(x / 2 for x in range(3)).tolist() == [0.0, 0.5, 1.0]
 
 

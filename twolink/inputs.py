@@ -258,9 +258,22 @@ def as_floats(name: str, value: Any, wanted: str = "an array of numbers") -> np.
         refuse(name, value, wanted)
     try:
         with np.errstate(over="ignore"):
-            return np.array(value, dtype=float)
+            given = np.asarray(value)
+            if given.dtype.kind == "O":
+                given = np.vectorize(_in_float64, [float])(given)
+            if given.dtype.kind in "iuf":
+                return np.array(given, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        refuse(name, value, wanted)
+        pass
+    # Truth values, texts, complex numbers and times could be converted, but are no real numbers.
+    refuse(name, value, wanted)
+
+
+def _in_float64(number: Any) -> float:
+    """Return a number of any kind as a float, or raise `TypeError` or `OverflowError`."""
+    if isinstance(number, (bool, np.bool_)) or not is_number(number):
+        raise TypeError
+    return float(number)
 
 
 def _is_masked(value: Any) -> bool:
