@@ -4,6 +4,7 @@ import csv
 import io
 import json
 from dataclasses import replace
+from fractions import Fraction
 
 import mpmath
 import numpy as np
@@ -149,7 +150,7 @@ def test_a_method_that_fails_is_a_row_and_not_a_gap(monkeypatch, share):
     )
     monkeypatch.setattr(module, "LONG_METHODS", long)
     names = ("implicit-midpoint", "rk4", "taylor-11")
-    study = energy_drift(SWINGS, seconds=300.0, methods=names)
+    study = energy_drift(SWINGS, seconds=Fraction(300), methods=names)
     midpoint, rk4, taylor = study.drifts
     assert "does not converge" in midpoint.failure
     assert not rk4.as_expected

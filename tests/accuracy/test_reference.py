@@ -32,7 +32,7 @@ from twolink.effects import (
     Surface,
     pieces_at,
 )
-from twolink.errors import ParameterError, SimulationError, TwolinkError
+from twolink.errors import IntegrationError, ParameterError, SimulationError, TwolinkError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.motion import motion_run
@@ -334,3 +334,13 @@ def test_fractions_in_effects_are_their_values(name):
     )
     assert found.states == expected.states
     assert found.digits == expected.digits
+
+
+def test_a_time_at_which_no_digit_is_known_is_an_error(monkeypatch):
+    """It had a state of zeros, with a negative number of digits."""
+    from twolink.accuracy import reference as module
+
+    scene = replace(Scene.load(SCENES / "drop.toml"), duration=0.5)
+    monkeypatch.setattr(module, "_agreement", lambda coarse, fine: 2)
+    with pytest.raises(IntegrationError, match=r"agree in no digit at 0\.5 s, since errors grow"):
+        reference(scene, 10)

@@ -227,7 +227,8 @@ def energy_drift(
     """
     check_run(scene, progress, limits)
     chosen = _chosen(as_words("methods", methods))
-    _check(scene, as_real("seconds", seconds))
+    seconds = as_real("seconds", seconds)
+    _check(scene, seconds)
     own = taylor_run(
         scene,
         np.linspace(0, scene.duration, _VISITED),

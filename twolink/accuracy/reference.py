@@ -19,7 +19,7 @@ from twolink.accuracy.multiprecision import precise_motion
 from twolink.accuracy.precise_steps import PreciseSteps
 from twolink.effects import discontinuities
 from twolink.environment import package_versions
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError, SimulationError
 from twolink.inputs import as_count, as_times
 from twolink.integration.outcomes import check_outcome
 from twolink.interruptible import side_by_side
@@ -152,7 +152,7 @@ def reference(
     report = progress or (lambda stage, share: None)
     if has_events(scene):
         first, second = _by_events(scene, grid, report, limits)
-        return _verified(scene, asked, grid, first, second, digits)
+        return _with_digits(_verified(scene, asked, grid, first, second, digits))
     extra = 0
     for _ in range(_MOST_TRIES):
         first, second = _side_by_side(scene, grid, digits + extra, report, limits)
@@ -161,6 +161,17 @@ def reference(
         if short <= 0:
             break
         extra += short + 2
+    return _with_digits(found)
+
+
+def _with_digits(found: Reference) -> Reference:
+    """Return a reference, or raise `IntegrationError` if two runs agree in no digit at a time."""
+    for time, digits in zip(found.times, found.digits, strict=True):
+        if digits < 0:
+            raise IntegrationError(
+                f"the two runs of the reference agree in no digit at {time:.6g} s, since errors"
+                " grow too much until then; earlier times may have digits"
+            )
     return found
 
 
