@@ -1,5 +1,6 @@
 """The formulas of section 6.1 for uniform bars against the general ones."""
 
+import math
 from fractions import Fraction
 from math import cos, sin
 
@@ -86,6 +87,7 @@ def test_the_frame_has_y_downward():
         (Point(True, 0.0, 0.0), "point: link must be 1 or 2; got True"),
         (Point(1, "a", 0.0), "point: along must be a number; got 'a'"),
         (Point(2, 0.0, None), "point: across must be a number; got None"),
+        (Point(2, math.nan, 0.0), "point: along must be a finite number of m; got nan"),
     ],
 )
 def test_points_of_no_link_are_refused(point, sentence):

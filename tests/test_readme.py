@@ -103,6 +103,7 @@ def test_the_map_shows_every_layer():
             "text",
             "tables",
             "files",
+            "toml",
             "validation",
             "values",
             "inputs",

@@ -7,6 +7,8 @@ The x-axis points right, the y-axis down; vectors are pairs (x, y). Angles q are
 u = dq/dt (rad/s) and du = d²q/dt² (rad/s²). Entries may have any scalar type, or be arrays.
 """
 
+import math
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -17,10 +19,20 @@ from twolink.inputs import as_number, check_instance, refuse
 
 
 def as_point(name: str, value: Any) -> Point:
-    """Return a point of link 1 or 2 whose coordinates are numbers, or raise `ParameterError`."""
+    """Return a point of link 1 or 2 with finite coordinates, or raise `ParameterError`."""
     check_instance(name, value, Point)
-    coordinates = (as_number(f"{name}: {own}", getattr(value, own)) for own in ("along", "across"))
-    return Point(as_link(f"{name}: link", value.link), *coordinates)
+    link = as_link(f"{name}: link", value.link)
+    return Point(link, *(_coordinate(f"{name}: {own}", getattr(value, own)) for own in _OWN))
+
+
+_OWN = ("along", "across")
+
+
+def _coordinate(name: str, value: Any) -> Any:
+    number = as_number(name, value)
+    if isinstance(number, Real) and not math.isfinite(number):
+        refuse(name, value, "a finite number of m")
+    return number
 
 
 def as_link(name: str, value: Any) -> int:

@@ -116,7 +116,7 @@ def test_files_have_the_exponents(file, tmp_path):
         ),
         (["--deviation", "q1=-1"], "the deviation of q1 must be zero or positive, and finite"),
         (["--by", "q1", "--accuracy", "0"], "accuracy must be positive and finite"),
-        (["--by", "q1", "--samples", "1"], "samples must be 2 or more"),
+        (["--by", "q1", "--samples", "1"], "samples must be a whole number of 2 or more"),
         (["--by", "q1", "--out", "a.txt"], "--out must be"),
     ],
 )

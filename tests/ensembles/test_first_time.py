@@ -166,7 +166,14 @@ def test_a_time_with_a_large_bound_is_undecided():
 @pytest.mark.parametrize(
     ("fields", "sentence"),
     [
-        ({"name": "a b"}, "name must be letters, digits and underscores; got 'a b'"),
+        (
+            {"name": "a b"},
+            "name must be letters, digits and underscores, with no digit first; got 'a b'",
+        ),
+        (
+            {"name": "1a"},
+            "name must be letters, digits and underscores, with no digit first; got '1a'",
+        ),
         ({"of": "q3"}, "of must be one of q1, q2, elbow, either; got 'q3'"),
         ({"level": math.nan}, "level must be a finite real number; got nan"),
         ({"within": 0.0}, "within must be a positive number; got 0.0"),

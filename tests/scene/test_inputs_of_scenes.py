@@ -90,8 +90,9 @@ def test_rotors_of_another_type_are_refused(rotors):
     [
         ({"accuracy": "1e-6"}, "accuracy must be a number; got '1e-6'"),
         ({"accuracy": np.nan}, "accuracy must be positive and finite; got nan"),
-        ({"samples": 2.5}, "samples must be a whole number of 0 or more; got 2.5"),
-        ({"samples": "9"}, "samples must be a whole number of 0 or more; got '9'"),
+        ({"samples": 2.5}, "samples must be a whole number of 2 or more; got 2.5"),
+        ({"samples": 1}, "samples must be a whole number of 2 or more; got 1"),
+        ({"samples": "9"}, "samples must be a whole number of 2 or more; got '9'"),
         ({"method": None, "formulation": ["kane"]}, "formulation must be a string; got ['kane']"),
         ({"method": 3}, "method must be a string; got 3"),
     ],

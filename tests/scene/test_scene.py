@@ -386,7 +386,7 @@ class Heavier(Gravity):
         ({"effects": (Heavier(),)}, "got an effect of type Heavier"),
         (
             {"effects": (Gravity(np.longdouble(9) / 7),)},
-            "must be a number, a word, true, false, or a tuple; got Fraction(",
+            "must be a number that float64 holds, a word, true, false, or a tuple; got Fraction(",
         ),
         ({"effects": (Gravity(2**60 + 1),)}, "must be held by float64 and its words by UTF-8"),
         ({"title": "\ud800"}, "must be held by float64 and its words by UTF-8"),

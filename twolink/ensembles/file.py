@@ -222,7 +222,8 @@ def _axis(number: int, table: dict[str, Any]) -> Axis:
     name = table["name"] or table["parameter"].replace(JOINT, "_")
     if not name.isidentifier():
         raise ParameterError(
-            f"{where}.name must be letters, digits and underscores; got {quoted(name)}"
+            f"{where}.name must be letters, digits and underscores, with no digit first;"
+            f" got {quoted(name)}"
         )
     return Axis(table["parameter"], values, name)
 

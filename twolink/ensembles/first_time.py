@@ -74,7 +74,8 @@ class FirstTime(Quantity):
         name = as_word(f"{where}: name", self.name)
         if not name.isidentifier():
             raise ParameterError(
-                f"{where}: name must be letters, digits and underscores; got {quoted(name)}"
+                f"{where}: name must be letters, digits and underscores, with no digit first;"
+                f" got {quoted(name)}"
             )
         as_choice(f"{where}: of", self.of, get_args(AngleName))
         object.__setattr__(self, "within", as_positive(f"{where}: within", self.within))

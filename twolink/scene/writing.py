@@ -131,4 +131,7 @@ def _in_toml(value: Any, key: str) -> str:
             # Not the repr of a subclass: that of NumPy's floats is np.float64(…).
             return kind.__repr__(value)
     received = " ".join(repr(value).split())
-    raise SceneError(f"{key} must be a number, a word, true, false, or a tuple; got {received}")
+    raise SceneError(
+        f"{key} must be a number that float64 holds, a word, true, false, or a tuple;"
+        f" got {received}"
+    )

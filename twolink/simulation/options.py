@@ -51,6 +51,4 @@ class RunOptions:
         if self.method is not None:
             method_named(as_word("method", self.method))
         equations_named(as_word("formulation", self.formulation))
-        object.__setattr__(self, "samples", as_count("samples", self.samples))
-        if self.samples < 2:
-            raise SimulationError(f"samples must be 2 or more; got {self.samples}")
+        object.__setattr__(self, "samples", as_count("samples", self.samples, 2))

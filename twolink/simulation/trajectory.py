@@ -240,8 +240,9 @@ class Trajectory(Views):
     def save(self, path: str | PathLike[str]) -> None:
         """Write the samples and their metadata to a .npz, .csv or .parquet file.
 
-        The file is written atomically, and `load` reads it back bit for bit. Raises
-        `SimulationError` for other kinds of file, and if it cannot be written.
+        The file is written atomically, and `load` reads it back bit for bit if a scene file can
+        hold the scene. Raises `SimulationError` for other kinds of file, and if it cannot be
+        written.
         """
         from twolink.simulation import storage
 
