@@ -19,7 +19,7 @@ import csv
 import io
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,10 @@ _MOST_STRETCH = 1e5
 # A step at full order is the radius of convergence over e² (Jorba and Zou, 2005, section 3.2).
 _RADIUS_IN_STEPS = math.e**2
 
+# The longest time between two orthonormalisations, in time scales of the motion. Small oscillations
+# of a rate ω have a scale of about 10/ω, so that each period has two or three of these.
+_LONGEST_INTERVAL = 0.25
+
 # Standard errors beyond which a sign is decided.
 _SIGMAS = 3
 
@@ -69,7 +73,9 @@ class Spectrum:
     `blocks`, shape (blocks, 4), are the exponents over successive parts of the run, of which
     `exponents` is the mean. `resolution` (1/s) is the apparent exponent of a separation that grows
     linearly with time: smaller exponents cannot be distinguished from zero. If the chain does not
-    move, the exponents are those of an equilibrium, `at_rest`, which is not chaotic.
+    move, the exponents are those of an equilibrium, `at_rest`, which is not chaotic. `departures`,
+    shape (4,), are the largest ranges in a block of the logarithms of stretches about their steady
+    growth.
     """
 
     scene: Scene
@@ -77,6 +83,7 @@ class Spectrum:
     blocks: Array
     resolution: float
     at_rest: bool = False
+    departures: Array = field(default_factory=lambda: np.zeros(4))
 
     @property
     def exponents(self) -> Array:
@@ -89,9 +96,10 @@ class Spectrum:
 
         Blocks are merged by two and by four, too, where five or more remain, and the largest error
         counts: successive blocks are not independent (Flyvbjerg and Petersen, Error estimates on
-        averages of correlated data, 1989).
+        averages of correlated data, 1989). Blocks in step with an oscillation of the stretches do
+        not show it: an error is at least the share of their departures in the time.
         """
-        errors = [_standard_error(self.blocks)]
+        errors = [_standard_error(self.blocks), self.departures / self.seconds]
         for size in (2, 4):
             count = len(self.blocks) // size
             if count >= _FEWEST:
@@ -201,7 +209,8 @@ def lyapunov(
                 f"seconds must be {blocks * scale:.3g} or more for {blocks} blocks of this motion;"
                 f" got {seconds:g}"
             )
-        sums = np.array([following.advance(end, ends[-1]) for end in ends[1:]])
+        found = [following.block(end, ends[-1]) for end in ends[1:]]
+    sums, departures = (np.array(every) for every in zip(*found, strict=True))
     # The directions of nearly equal exponents may not have found their order.
     order = np.argsort(-sums.mean(axis=0))
     return Spectrum(
@@ -210,6 +219,7 @@ def lyapunov(
         blocks=sums[:, order] / (seconds / blocks),
         resolution=math.log1p(seconds / scale) / seconds,
         at_rest=following.at_rest,
+        departures=departures.max(axis=0)[order],
     )
 
 
@@ -223,12 +233,24 @@ class _Following:
         self._cap = default_longest_step(scene)
         (self._inertia, _), _ = lagrange.mass_matrix(scene.moving_chain.convert(float), scene.q)
         self._steps = 0
-        self._interval = self._cap
+        self._interval, self._longest = self._cap, math.inf
+        self._course: list[Array] = []
         integrator.state[:] = system.start(scene, _UNVARIED)
         self._start, self.at_rest = integrator.state[:4].copy(), True
         integrator.time = 0.0
         self._measure_in(self._cap)
         integrator.state[system.places] = self._units * np.eye(4)
+
+    def block(self, end: float, last: float) -> tuple[Array, Array]:
+        """Follow the motion to a time (s); return the logarithms of the stretches until then.
+
+        The second array, shape (4,), has their ranges about a steady growth.
+        """
+        self._course.clear()
+        found = self.advance(end, last)
+        times, *logarithms = np.cumsum([np.zeros(5), *self._course], axis=0).T
+        steady = np.outer(found, times / times[-1])
+        return found, np.asarray(np.ptp(np.array(logarithms) - steady, axis=1))
 
     def advance(self, end: float, last: float) -> Array:
         """Follow the motion to a time (s); return the logarithms of the stretches until then."""
@@ -248,11 +270,13 @@ class _Following:
                 self._interval = (reached - time) / 2
                 continue
             integrator.state[places] = self._units * directions
-            found += np.log(sizes)
+            stretches = np.log(sizes)
+            found += stretches
+            self._course.append(np.array([reached - time, *stretches]))
             self._steps += steps
             self._look()
             if sizes.max() < math.sqrt(_MOST_STRETCH) * sizes.min():
-                self._interval *= 2
+                self._interval = min(2 * self._interval, self._longest)
             self._report(integrator.time / last)
         return found
 
@@ -267,6 +291,8 @@ class _Following:
         It is the mean radius of convergence of the Taylor series.
         """
         scale = _RADIUS_IN_STEPS * float(self._integrator.time) / self._steps
+        self._longest = _LONGEST_INTERVAL * scale
+        self._interval = min(self._interval, self._longest)
         self._measure_in(scale)
         places = self._system.places
         directions, _ = np.linalg.qr(self._integrator.state[places] / self._units)
