@@ -67,6 +67,19 @@ def test_springs_that_cancel_leave_a_torque():
     model = joint_model(replace(SCENE, effects=springs))
     assert model.torque == pytest.approx((0.8, 0.0))
     assert model.stiffness == (0.0, 0.0)
+    assert model.uses == {"torque"}
+
+
+@pytest.mark.parametrize(
+    ("effect", "uses"),
+    [
+        (JointSpring((-1.0, 0.0)), {"stiffness", "push"}),
+        (PdControl((0.0, 0.0), (2.0, -3.0), (0.0, 0.0)), {"stiffness", "push"}),
+        (PdControl((0.0, 0.0), (0.0, 0.0), (0.0, -0.1)), {"damping", "drive"}),
+    ],
+)
+def test_negative_numbers_are_uses_of_their_own(effect, uses):
+    assert joint_model(replace(SCENE, effects=(effect,))).uses == uses
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,7 @@ SECONDS = 1.0
 GENERAL_SCENE = replace(Scene.load(data_path("scenes") / "general.toml"), duration=SECONDS)
 JOINTS = (Gravity(9.0, (0.6, 0.8)), JointDamping((0.3, 0.2)), JointSpring((4.0, 3.0), (0.2, -0.3)))
 TORQUE = JointTorque((0.5, -0.4))
+PUSHED = replace(GENERAL_SCENE, effects=(Gravity(), JointSpring((-1.0, 0.0))))
 SCENES = {
     "free fall": replace(Scene.load(data_path("scenes") / "free_fall.toml"), duration=SECONDS),
     "general": GENERAL_SCENE,
@@ -182,6 +183,35 @@ def test_samples_are_at_the_requested_times(engine):
     again = run(parameter, times)
     assert np.array_equal(motion.q, again.q), "a second run begins where the first began"
     assert (motion.steps or motion.evaluations) == (again.steps or again.evaluations)
+
+
+@pytest.mark.parametrize("engine", SIMULATORS, ids=lambda engine: engine.name)
+def test_a_spring_that_pushes_is_refused_by_drake_alone(engine):
+    sentence = "Drake cannot express negative stiffness: it rejects negative stiffness"
+    assert engine.unsupported(PUSHED) == (sentence if engine.name == "Drake" else None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ALL)
+def test_a_spring_that_pushes_is_simulated(engine):
+    if engine.unsupported(PUSHED):
+        assert engine.name == "Drake"
+        return
+    method = engine.methods[0]
+    run = engine.prepared(PUSHED, method.name)
+    motion = run(1e-3 if method.parameter == "step" else 1e-9, np.array([0.0, SECONDS]))
+    trajectory = simulate(PUSHED, accuracy=1e-12, samples=2)
+    allowed = 0.05 if method.order == 1 else 1e-5
+    assert motion.q == pytest.approx(trajectory.q, abs=allowed)
+
+
+@pytest.mark.engines
+def test_an_assertion_that_fails_in_drake_is_an_error_of_the_engine(monkeypatch):
+    """pydrake raises `SystemExit` there, which would end the program."""
+    drake = simulator_named("Drake")
+    monkeypatch.setattr(type(drake), "expresses", drake.expresses | {"push"})
+    with pytest.raises(EngineError, match=r"^Drake rejects the chain: .*stiffness >= 0"):
+        drake.prepared(PUSHED, "runge_kutta3")
 
 
 @pytest.mark.slow

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
@@ -29,6 +31,7 @@ _REASONS = {
     "compliant_surface": "its contact law is k x (1 + d dx/dt), none of the scene's three laws",
     "end_force": _DISCRETE,
     "drive": "it rejects negative damping",
+    "push": "it rejects negative stiffness",
 }
 _EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "samples"})
 
@@ -99,14 +102,12 @@ class Drake(UrdfReadingEngine):
             context = simulator.get_context()
             found[0] = context.get_continuous_state_vector().CopyToVector()
             begin = perf_counter()
-            try:
+            with _failing_as("Drake stopped"):
                 for index, time in enumerate(times[1:].tolist(), start=1):
                     if sizes:
                         integrator.set_maximum_step_size(sizes[index - 1])
                     simulator.AdvanceTo(time)
                     found[index] = context.get_continuous_state_vector().CopyToVector()
-            except RuntimeError as error:
-                raise EngineError(f"Drake stopped: {error}") from error
             seconds = perf_counter() - begin
             q = np.array(JOINTS.absolute_angles((found[:, 0], found[:, 1])))
             u = np.array(JOINTS.absolute_speeds((found[:, 2], found[:, 3])))
@@ -172,6 +173,18 @@ class _ReadChain:
         return row[np.argsort(self._order)]
 
 
+@contextmanager
+def _failing_as(outcome: str) -> Iterator[None]:
+    """Raise `EngineError`, which begins with the outcome, where Drake fails in the block."""
+    try:
+        yield
+    except (RuntimeError, SystemExit) as error:
+        # pydrake exits with the text of an assertion that fails, a signal with a number.
+        if isinstance(error, SystemExit) and not isinstance(error.code, str):
+            raise
+        raise EngineError(f"{outcome}: {error}") from error
+
+
 @dataclass(frozen=True)
 class _Built:
     """The simulated system and the plant in it."""
@@ -189,10 +202,8 @@ def _built(model: JointModel, *, queries: bool = False) -> _Built:
     from pydrake.systems.framework import DiagramBuilder
 
     builder = DiagramBuilder()
-    try:
+    with _failing_as("Drake rejects the chain"):
         plant: Any = builder.AddSystem(_plant(model))
-    except RuntimeError as error:
-        raise EngineError(f"Drake rejects the chain: {error}") from error
     if model.uses & {"torque", "waves", "samples"}:
         _add_torques(builder, plant, model)
     if queries:
@@ -297,9 +308,7 @@ def _simulator(
     else:
         config.max_step_size = parameter
     _start(built, model, simulator.get_mutable_context())
-    try:
+    with _failing_as("Drake rejects the run"):
         ApplySimulatorConfig(config, simulator)
         simulator.Initialize()
-    except RuntimeError as error:
-        raise EngineError(f"Drake rejects the run: {error}") from error
     return simulator

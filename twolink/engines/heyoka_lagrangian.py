@@ -24,7 +24,7 @@ _REASONS = dict.fromkeys(
     "end_drag": "its dissipation function depends on speeds alone",
     "samples": "its series are smooth; runs from sample to sample would have to be added",
 }
-_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "drive"})
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "drive", "push"})
 
 
 class HeyokaLagrangian(EquationsEngine):

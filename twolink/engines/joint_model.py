@@ -100,10 +100,11 @@ class JointModel:
 
     @property
     def uses(self) -> frozenset[str]:
-        """The names of the non-zero fields, with "drive" if damping is negative."""
+        """The names of the non-zero fields, "drive" for negative damping, "push" for stiffness."""
         names = ("torque", "stiffness", "damping", "armature", "waves", "samples")
-        drive = {"drive"} if min(self.damping) < 0 else set()
-        return frozenset(name for name in names if any(getattr(self, name))) | drive
+        signs = {"drive": self.damping, "push": self.stiffness}
+        negative = (name for name, numbers in signs.items() if min(numbers) < 0)
+        return frozenset(name for name in names if any(getattr(self, name))).union(negative)
 
     def sampled(self) -> Callable[[float], Array]:
         """Return the torques of all samples (N m, shape (2,)) as a function of time (s)."""
@@ -184,6 +185,7 @@ _WORDS = {
     "waves": "a torque that varies with time",
     "samples": "a sampled torque",
     "drive": "negative damping",
+    "push": "negative stiffness",
 }
 
 

@@ -37,7 +37,7 @@ _REASONS = {
     "waves": _HELD,
     "samples": _HELD,
 }
-_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "drive"})
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "drive", "push"})
 _INTEGRATORS = {
     "Euler": "mjINT_EULER",
     "implicit": "mjINT_IMPLICIT",

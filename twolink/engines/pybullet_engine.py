@@ -39,7 +39,7 @@ _REASONS = {
     "armature": "its joints have no armature",
     "drive": "its damping cannot be negative",
 }
-_EXPRESSES = frozenset({"torque", "stiffness", "damping", "waves", "samples"})
+_EXPRESSES = frozenset({"torque", "stiffness", "damping", "waves", "samples", "push"})
 _FASTEST = 1e12
 _CHANGES = {
     "joint_friction": "a PyBullet motor that holds the joint up to the kinetic torque",

@@ -25,7 +25,9 @@ _EVENTS = "solve_ivp integrates smooth equations; events and modes would have to
 _REASONS = dict.fromkeys(
     ("joint_friction", "joint_stop", "surface", "compliant_surface", "end_force"), _EVENTS
 )
-_EXPRESSES = frozenset({"torque", "stiffness", "damping", "armature", "waves", "samples", "drive"})
+_EXPRESSES = frozenset(
+    {"torque", "stiffness", "damping", "armature", "waves", "samples", "drive", "push"}
+)
 
 
 class ScipyOverPinocchio(UrdfReadingEngine):
