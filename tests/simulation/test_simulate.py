@@ -17,7 +17,7 @@ from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.pd_control import PdControl
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError, SimulationError
 from twolink.integration.methods import METHODS, NUMERIC_METHODS
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -314,6 +314,15 @@ UPRIGHT = Scene(
     (Gravity(),),
     1e-6,
 )
+
+
+def controlled(gain):
+    """Uniform bars under PD control with equal gains (N m/rad and N m s/rad)."""
+    control = PdControl((0.0, 0.0), (gain, gain), (gain, gain))
+    chain = Chain.uniform_bars()
+    return Scene(chain, (0.3, -0.2), (0.0, 0.0), 0.1, effects=(Gravity(), control))
+
+
 FAST = JointTorque((0.0, 0.0), (100.0, 0.0), (2 * math.pi * 400, 0.0))
 
 
@@ -358,6 +367,46 @@ def test_the_error_of_a_motion_too_stiff_for_taylor_series_is_an_estimate():
     scene = replace(SHORT, u=(0.0, 0.0), effects=(Gravity(), JointDamping((1e8, 1e8))))
     found = simulate(scene, samples=11, accuracy=1e-6, method="Radau")
     assert found.notes[-1].startswith("The error is an estimate")
+
+
+@pytest.mark.parametrize(
+    ("method", "gain", "samples"),
+    [
+        ("gauss-legendre-6", 500.0, 11),
+        ("gauss-legendre-6", 500.0, 51),
+        ("semi-implicit-euler", 200.0, 2),
+        ("rk4", 1e4, 11),
+    ],
+)
+def test_a_run_that_fails_is_refined(method, gain, samples):
+    """The first step is too long for the iteration, or for stability."""
+    scene = controlled(gain)
+    times = np.linspace(0, scene.duration, samples)
+    first = NUMERIC_METHODS[method].coarsest(1e-3, scene.duration, times[1])
+    with pytest.raises(IntegrationError):
+        numeric_run(scene, times, method=method, formulation="momenta", setting=first)
+    found = simulate(scene, method=method, accuracy=1e-3, samples=samples)
+    assert found.met
+
+
+@pytest.mark.parametrize("method", ["gauss-legendre-6", "semi-implicit-euler"])
+def test_a_method_that_fails_with_every_step_is_refused_with_another(method):
+    sentence = (
+        rf"^{method} fails with every step down to \S+ s \(the iteration of an implicit step did"
+        r" not converge\): the motion must stay finite, and a stiff one needs a method such as"
+        r" Radau$"
+    )
+    with pytest.raises(IntegrationError, match=sentence):
+        simulate(controlled(1e9), method=method, accuracy=1e-3, samples=2)
+
+
+def test_a_method_for_stiff_motions_that_fails_is_not_advised(monkeypatch):
+    def fails(*given, **options):
+        raise IntegrationError("it fails")
+
+    monkeypatch.setattr("twolink.simulation.smooth.numeric.numeric_run", fails)
+    with pytest.raises(IntegrationError, match=r"down to 1e-13 \(it fails\): .* such as LSODA$"):
+        simulate(SHORT, method="Radau", accuracy=1e-3)
 
 
 def test_the_error_under_an_effect_without_an_expression_of_heyoka_is_an_estimate(monkeypatch):

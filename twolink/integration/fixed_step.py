@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError
 from twolink.integration.method import Array, NumericMethod, Rates
 from twolink.integration.operations import Beside
 from twolink.integration.tableaus import Tableau
@@ -60,8 +60,10 @@ class FixedStepMethod(NumericMethod):
         for earlier, later in pairwise(times):
             count = max(1, int(np.ceil((later - earlier) / setting * (1 - 1e-12))))
             h = (later - earlier) / count
-            for index in range(count):
-                variables = self.step(rates, float(earlier + index * h), variables, float(h))
+            # Numbers that overflow are refused by the rates or the caller, in a sentence.
+            with np.errstate(all="ignore"):
+                for index in range(count):
+                    variables = self.step(rates, float(earlier + index * h), variables, float(h))
             steps += count
             found.append(variables)
         return np.array(found).T, steps
@@ -127,4 +129,4 @@ def _fixed_point(improved: Callable[[Array], Array], guess: Array) -> Array:
         if change == 0 or (change >= smallest and change <= 1e-12 * np.abs(found).max()):
             return found
         smallest, guess = min(smallest, change), found
-    raise SimulationError("an implicit step did not converge; the step must be shorter")
+    raise IntegrationError("the iteration of an implicit step did not converge")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar, Literal
@@ -74,13 +74,21 @@ class NumericMethod(Method):
     def finest(self, duration: float) -> float:
         """Return the least setting for a motion of a duration (s)."""
 
+    def settings(self, accuracy: float, duration: float, between_samples: float) -> Iterator[float]:
+        """Yield the settings to try in turn, from the coarsest; times are in s."""
+        setting, finest = self.coarsest(accuracy, duration, between_samples), self.finest(duration)
+        yield setting
+        while setting * self.refinement >= finest:
+            setting *= self.refinement
+            yield setting
+
     @abstractmethod
     def integrate(
         self, rates: Rates, times: Array, start: list[float], setting: float
     ) -> tuple[Array, int]:
         """Return the variables at increasing times (s), of shape (4, n), and the number of steps.
 
-        `start` has the variables at the first time. Raises `SimulationError` if the method fails.
+        `start` has the variables at the first time. Raises `IntegrationError` if the method fails.
         """
 
     @abstractmethod

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError
 from twolink.integration.method import Array, NumericMethod, Rates
 from twolink.integration.operations import Beside
 
@@ -59,7 +59,7 @@ class SciPyMethod(NumericMethod):
                 rates, span, start, method=self.name, t_eval=inside, rtol=setting, atol=setting
             )
         if not solution.success:
-            raise SimulationError(f"SciPy's {self.name} gives up: {solution.message}")
+            raise IntegrationError(f"SciPy's {self.name} gives up: {solution.message}")
         if inside is not None:
             return solution.y, int(solution.nfev)
         return solution.y[:, [0, -1]], len(solution.t) - 1

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError, SimulationError
 from twolink.inputs import check_instance
 from twolink.integration.method import Method
 from twolink.integration.methods import (
@@ -48,6 +48,9 @@ _CHECKED_IN_ALL, _CHECKED = 256, 2
 
 # The method that takes the place of Taylor series where heyoka is not installed.
 _STAND_IN: NumericName = "DOP853"
+
+# The methods that suit stiff motions.
+_FOR_STIFF: tuple[NumericName, NumericName] = ("Radau", "LSODA")
 
 _LIMITED = f"Runs in 113 bits, which may meet the accuracy, would exceed the limit of work{LIFTED}."
 
@@ -227,19 +230,31 @@ def _by_refining(asked: _Asked, name: NumericName) -> Trajectory:
     """Refine the tolerance, or the step, until the error of the result is within the accuracy.
 
     It is the distance from Taylor series, whose error is added. Where there are none, it is
-    estimated by the change of the result, which two runs of one method may not show.
+    estimated by the change of the result, which two runs of one method may not show. A run that
+    fails is refined like one of a large error. Raises `IntegrationError` if all fail.
     """
     method, duration = NUMERIC_METHODS[name], asked.scene.duration
-    setting = method.coarsest(asked.accuracy, duration, duration / (len(asked.times) - 1))
-    runs = [_numeric(asked, name, setting)]
-    reference = _reference(asked, runs[0])
-    errors = [_errors(asked, runs, reference)]
-    while errors[-1].max() > asked.accuracy and setting * method.refinement >= method.finest(
-        duration
-    ):
-        setting *= method.refinement
-        runs.append(_numeric(asked, name, setting))
+    runs: list[NumericRun] = []
+    errors: list[Array] = []
+    reference, failure = None, None
+    for setting in method.settings(asked.accuracy, duration, duration / (len(asked.times) - 1)):
+        try:
+            runs.append(_numeric(asked, name, setting))
+        except IntegrationError as error:
+            failure = error
+            continue
+        if len(runs) == 1:
+            reference = _reference(asked, runs[0])
         errors.append(_errors(asked, runs, reference))
+        if errors[-1].max() <= asked.accuracy:
+            break
+    if not runs:
+        unit = " s" if method.parameter == "step" else ""
+        other = next(each for each in _FOR_STIFF if each != name)
+        raise IntegrationError(
+            f"{name} fails with every {method.parameter} down to {setting:.3g}{unit} ({failure}):"
+            f" the motion must stay finite, and a stiff one needs a method such as {other}"
+        ) from failure
     best = min(range(len(runs)), key=lambda k: float(errors[k].max()))
     kept, others = runs[best], () if reference is None else (reference.statistics,)
     statistics = Statistics(

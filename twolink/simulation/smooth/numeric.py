@@ -12,7 +12,7 @@ from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.compilation import Compiled
 from twolink.effects import Effect
-from twolink.errors import SimulationError
+from twolink.errors import IntegrationError, SimulationError
 from twolink.integration.method import Array, Rates
 from twolink.integration.methods import NUMERIC_METHODS, NumericName
 from twolink.integration.operations import Operations, of_formula, of_rates, total
@@ -52,7 +52,8 @@ def numeric_run(
     """Return the motion of a scene at increasing times (s), the first of them 0.
 
     `setting` is the value of the method's parameter: a tolerance, or a step (s). Raises
-    `SimulationError` if the method fails.
+    `IntegrationError` if the method fails with it, and `SimulationError` for loads that are finite
+    in no state.
     """
     equations, chain = EQUATIONS[formulation], scene.moving_chain.convert(float)
     chosen = NUMERIC_METHODS[method]
@@ -70,9 +71,8 @@ def numeric_run(
         steps, evaluations, variables = steps + taken, evaluations + rates.count, states[:, -1]
         found.append(states[:, 1:][:, np.isin(piece[1:], times)])
         if not np.isfinite(states).all():
-            raise SimulationError(
-                f"{method} produced non-finite values at tolerance {setting:.3g}; it must be"
-                " smaller"
+            raise IntegrationError(
+                f"{method} produced non-finite values at a {chosen.parameter} of {setting:.3g}"
             )
     whole = np.concatenate(found, axis=1)
     u = np.array(equations.to_speeds(chain, tuple(whole[:2]), tuple(whole[2:])))
@@ -102,8 +102,8 @@ def _rates(compiled: Compiled) -> Rates:
         try:
             first, second = compiled((q1, q2), (x1, x2), (float(t), 0.0))
         except (ArithmeticError, ValueError) as error:
-            raise SimulationError(
-                f"the motion could not be integrated beyond {t:.6g} s ({error}); it must stay"
+            raise IntegrationError(
+                f"the motion could not be integrated beyond {t:.6g} s, where its rates are not"
                 " finite"
             ) from error
         return np.array([*first, *second])
