@@ -10,7 +10,7 @@ from tests.variations.cases import RICH, SPRING, STIFFNESS, TORQUES, J, family, 
 from twolink import sweep
 from twolink.chain import Chain
 from twolink.data import data_path
-from twolink.effects import PdControl
+from twolink.effects import EndForce, Gravity, JointFriction, PdControl
 from twolink.errors import ParameterError, SceneError, SimulationError, TooMuchError
 from twolink.limits import Limits
 from twolink.scene import Scene
@@ -162,6 +162,30 @@ def test_an_accuracy_that_cannot_be_met_is_said():
 def test_what_has_no_derivative_is_refused(scene, by, error, sentence):
     with pytest.raises(error, match=sentence):
         sensitivity(scene, by)
+
+
+SHORT = Scene(Chain.uniform_bars(), (0.3, -0.2), (0.0, 0.0), 0.5)
+
+
+@pytest.mark.parametrize(
+    ("effect", "by"),
+    [
+        (EndForce(2.0), ("g",)),
+        (EndForce(2.0), ("effects.end_force.normal",)),
+        (EndForce(2.0, 0.1, 1), ("effects.end_force.friction",)),
+        (JointFriction((0.0, 0.0)), ("g",)),
+    ],
+)
+def test_an_effect_that_has_no_friction_leaves_a_scene_smooth(effect, by):
+    scene = replace(SHORT, effects=(Gravity(), effect))
+    assert sensitivity(scene, by, accuracy=1e-6, samples=2).met
+
+
+def test_friction_of_no_size_is_refused_where_its_own_number_is_varied():
+    scene = replace(SHORT, effects=(Gravity(), JointFriction((0.0, 0.0))))
+    sentence = r"kinetic.1 must be a number beside which no friction or contact acts, .*; got 0\.0$"
+    with pytest.raises(SimulationError, match=sentence):
+        sensitivity(scene, ("g", "effects.joint_friction.kinetic.1"))
 
 
 def test_another_method_is_refused():

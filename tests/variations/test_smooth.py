@@ -24,22 +24,20 @@ def test_a_scene_with_events_is_refused_by_the_name_of_the_effect(name, sentence
     assert sentence in str(raised.value)
 
 
-def test_friction_of_no_size_is_smooth_unless_it_is_varied():
+def test_friction_of_no_size_is_smooth():
     scene = Scene.load("general")
     scene = replace(scene, effects=(*scene.effects, JointFriction((0.0, 0.0))))
     check_smooth(scene)
-    with pytest.raises(SimulationError, match="got JointFriction, which has modes"):
-        check_smooth(scene, varied_effects=True)
 
 
 @pytest.mark.parametrize("name", ["general", "free_fall", "acrobot", "small_swings"])
 def test_smooth_scenes_pass(name):
-    check_smooth(Scene.load(name), varied_effects=True)
+    check_smooth(Scene.load(name))
 
 
 def test_corners_in_time_are_no_modes():
     scene = Scene.load("sampled_torque")
-    check_smooth(scene, varied_effects=True, corners=True)
+    check_smooth(scene, corners=True)
     with pytest.raises(SimulationError, match="got JointFriction, which has modes and events"):
         check_smooth(
             replace(scene, effects=(*scene.effects, JointFriction((0.1, 0.0)))), corners=True

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twolink.arithmetic import Pair
-from twolink.effects import discontinuities
+from twolink.effects import contact_elements, discontinuities
 from twolink.ensembles.family import Family
 from twolink.ensembles.numbers import numbers_in
 from twolink.errors import SimulationError, TwolinkError
@@ -113,6 +113,11 @@ def _direction(family: Family, place: int) -> Direction:
             f"{name} must be a number that moves no corner of a load in time, since variational"
             f" equations are integrated from corner to corner; got {value!r}, the time of one"
         )
+    if _makes_modes(family, place):
+        raise SimulationError(
+            f"{name} must be a number beside which no friction or contact acts, since that has"
+            f" modes and events; got {value!r}"
+        )
     first, second = (_slopes(at, base, value, size) for size in (distance, distance / 2))
     if first is None or second is None:
         raise SimulationError(
@@ -139,6 +144,20 @@ def _moves_corners(family: Family, place: int) -> bool:
         return discontinuities(family.parts(own).effects) != corners
     except TwolinkError:
         return False
+
+
+def _makes_modes(family: Family, place: int) -> bool:
+    """Return whether a value next to that of a smooth scene gives it friction or contact."""
+    for side in (np.inf, -np.inf):
+        own = list(family.values)
+        own[place] = float(np.nextafter(own[place], side))
+        try:
+            parts = family.parts(own)
+        except TwolinkError:
+            continue
+        if contact_elements(parts.effects, parts.chain):
+            return True
+    return False
 
 
 def _numbers(family: Family, values: list[float]) -> tuple[Array, object]:

@@ -194,7 +194,7 @@ def sensitivity(
             "the method of the scene must be taylor, which integrates derivatives; got"
             f" {quoted(own.method)}"
         )
-    check_smooth(own, varied_effects=family.changes("effects"), corners=True)
+    check_smooth(own, corners=True)
     size = options.samples * 4 * (1 + len(names)) * _BYTES
     limits.check_memory(f"{options.samples} samples", size)
     return _measured(family, own, names, options, progress, limits)

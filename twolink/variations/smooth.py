@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from twolink.effects import (
-    ContactEffect,
-    PiecewiseEffect,
-    contact_elements,
-    discontinuities,
-    names_of,
-)
+from twolink.effects import PiecewiseEffect, contact_elements, discontinuities, names_of
 from twolink.errors import SimulationError
 from twolink.scene import Scene
 
 
-def check_smooth(scene: Scene, *, varied_effects: bool = False, corners: bool = False) -> None:
-    """Raise `SimulationError` unless a scene is smooth, as are those with other numbers.
+def check_smooth(scene: Scene, *, corners: bool = False) -> None:
+    """Raise `SimulationError` unless a scene is smooth.
 
-    With `varied_effects` the numbers of effects are varied: even an effect that acts with none of
-    its own, such as friction with a coefficient of zero, is then refused. With `corners`, loads may
-    have corners in time, between which the motion is smooth.
+    With `corners`, loads may have corners in time, between which the motion is smooth.
     """
     for name, effect in zip(names_of(scene.effects), scene.effects, strict=True):
         modes = bool(contact_elements((effect,), scene.moving_chain))
-        modes |= varied_effects and isinstance(effect, ContactEffect)
         with_corners = not corners and isinstance(effect, PiecewiseEffect)
-        with_corners &= varied_effects or bool(discontinuities((effect,)))
+        with_corners &= bool(discontinuities((effect,)))
         if modes or with_corners:
             raise SimulationError(
                 "a scene must be smooth for variational equations; got"
