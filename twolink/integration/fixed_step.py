@@ -22,6 +22,9 @@ Step = Callable[[Rates, float, Array, float], Array]
 
 _MOST_ITERATIONS = 100
 
+# An iteration has settled if it changes values by this part of them, or the state by so many
+# roundings. A converging one multiplies a change of the state by less than 1.
+_SETTLED, _ROUNDINGS = 1e-12, 64
 
 # Largest number of steps of a run; the step is halved up to it.
 _MOST_STEPS = 200_000
@@ -100,7 +103,7 @@ def semi_implicit_euler(rates: Rates, t: float, x: Array, h: float) -> Array:
         rate = rates(t, np.array([x[0], x[1], new[2], new[3]]))
         return np.asarray(x + h * rate)
 
-    return _fixed_point(improved, x + h * rates(t, x))
+    return _fixed_point(improved, x + h * rates(t, x), _rounding(x))
 
 
 def implicit(tableau: Tableau) -> Step:
@@ -112,21 +115,32 @@ def implicit(tableau: Tableau) -> Step:
             stages = x + h * A @ slopes
             return np.array([rates(t + h * s, y) for s, y in zip(c, stages, strict=True)])
 
-        slopes = _fixed_point(improved, np.tile(rates(t, x), (len(b), 1)))
+        guess = np.tile(rates(t, x), (len(b), 1))
+        slopes = _fixed_point(improved, guess, _rounding(x) / abs(h))
         return np.asarray(x + h * b @ slopes)
 
     return step
 
 
-def _fixed_point(improved: Callable[[Array], Array], guess: Array) -> Array:
-    """Iterate until the change no longer shrinks."""
+def _fixed_point(improved: Callable[[Array], Array], guess: Array, rounding: float) -> Array:
+    """Iterate until the change no longer shrinks, and is round-off: of the values, or `rounding`.
+
+    In a stiff motion near rest the slopes are differences of large terms that nearly cancel, whose
+    round-off is that of the state.
+    """
     smallest = np.inf
     for _ in range(_MOST_ITERATIONS):
         found = improved(guess)
         change = float(np.abs(found - guess).max())
         if not np.isfinite(change):
             break
-        if change == 0 or (change >= smallest and change <= 1e-12 * np.abs(found).max()):
+        settled = change <= max(_SETTLED * np.abs(found).max(), rounding)
+        if change == 0 or (change >= smallest and settled):
             return found
         smallest, guess = min(smallest, change), found
     raise IntegrationError("the iteration of an implicit step did not converge")
+
+
+def _rounding(x: Array) -> float:
+    """Return the round-off that the iteration of a step may leave in a state."""
+    return _ROUNDINGS * float(np.spacing(np.abs(x).max()))
