@@ -18,6 +18,9 @@ _WIDTHS, _SCHEMES = (390, 1280), ("light", "dark")
 # Films are tested with the player; theme files are parts of pages.
 _OTHERS = {"films", "_static"}
 
+# Seconds for one page. A long one takes several of them, and other steps run beside this one.
+_PATIENCE = 120.0
+
 
 def inaccessible(site: Path) -> Iterator[str]:
     """Yield a sentence for each fault of each page, once for all widths and schemes."""
@@ -25,7 +28,7 @@ def inaccessible(site: Path) -> Iterator[str]:
     if not files:
         yield f"{site}: there is no page"
     found: dict[str, None] = {}
-    with Browser() as browser:
+    with Browser(patience=_PATIENCE) as browser:
         for width in _WIDTHS:
             for scheme in _SCHEMES:
                 page = browser.page(width, 900)
