@@ -38,7 +38,7 @@ def test_options_as_one_value_give_the_same_trajectory():
         ({"accuracy": "fine"}, ParameterError, "accuracy must be a number; got 'fine'"),
         ({"method": "rk5"}, SimulationError, "got 'rk5' (did you mean 'rk4'"),
         ({"formulation": "kanes"}, SimulationError, "got 'kanes' (did you mean 'kane'?)"),
-        ({"samples": 1}, SimulationError, "samples must be 2 or more; got 1"),
+        ({"samples": 1}, ParameterError, "samples must be a whole number of 2 or more; got 1"),
         ({"limits": 3}, ParameterError, "limits must be a Limits; got 3"),
     ],
 )

@@ -372,8 +372,8 @@ def test_the_error_of_a_motion_too_stiff_for_taylor_series_is_an_estimate():
 @pytest.mark.parametrize(
     ("method", "gain", "samples"),
     [
-        ("gauss-legendre-6", 500.0, 11),
-        ("gauss-legendre-6", 500.0, 51),
+        ("gauss-legendre-6", 1500.0, 11),
+        ("gauss-legendre-6", 1500.0, 51),
         ("semi-implicit-euler", 200.0, 2),
         ("rk4", 1e4, 11),
     ],

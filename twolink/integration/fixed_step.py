@@ -7,6 +7,7 @@ iteration until the change no longer decreases, at round-off.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -116,7 +117,7 @@ def implicit(tableau: Tableau) -> Step:
             return np.array([rates(t + h * s, y) for s, y in zip(c, stages, strict=True)])
 
         guess = np.tile(rates(t, x), (len(b), 1))
-        slopes = _fixed_point(improved, guess, _rounding(x) / abs(h))
+        slopes = _fixed_point(improved, guess, _rounding(x) / abs(float(h)))
         return np.asarray(x + h * b @ slopes)
 
     return step
@@ -134,8 +135,9 @@ def _fixed_point(improved: Callable[[Array], Array], guess: Array, rounding: flo
         change = float(np.abs(found - guess).max())
         if not np.isfinite(change):
             break
-        settled = change <= max(_SETTLED * np.abs(found).max(), rounding)
-        if change == 0 or (change >= smallest and settled):
+        if change == 0:
+            return found
+        if change >= smallest and change <= max(_SETTLED * np.abs(found).max(), rounding):
             return found
         smallest, guess = min(smallest, change), found
     raise IntegrationError("the iteration of an implicit step did not converge")
@@ -143,4 +145,4 @@ def _fixed_point(improved: Callable[[Array], Array], guess: Array, rounding: flo
 
 def _rounding(x: Array) -> float:
     """Return the round-off that the iteration of a step may leave in a state."""
-    return _ROUNDINGS * float(np.spacing(np.abs(x).max()))
+    return _ROUNDINGS * math.ulp(max(abs(float(number)) for number in x))
