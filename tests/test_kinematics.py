@@ -1,15 +1,11 @@
 """The formulas of section 6.1 for uniform bars against the general ones."""
 
-import math
-from fractions import Fraction
 from math import cos, sin
 
-import numpy as np
 import pytest
 
 from twolink import kinematics
-from twolink.chain import Chain, Point
-from twolink.errors import ParameterError
+from twolink.chain import Chain
 
 CHAIN = Chain.uniform_bars((1.3, 0.7), (0.9, 1.4))
 L1, L2 = CHAIN.length
@@ -76,26 +72,3 @@ def test_the_frame_has_y_downward():
     """At q = (π/2, π/2) the chain hangs straight down: y positive."""
     hanging = (1.5707963267948966, 1.5707963267948966)
     assert kinematics.position(CHAIN, hanging, CHAIN.D) == pytest.approx((0, L1 + L2))
-
-
-@pytest.mark.parametrize(
-    ("point", "sentence"),
-    [
-        ((1, 0.5, 0.0), "point must be a Point; got"),
-        (Point(3, 0.0, 0.0), "point: link must be 1 or 2; got 3"),
-        (Point(1.5, 0.0, 0.0), r"point: link must be 1 or 2; got 1\.5"),
-        (Point(True, 0.0, 0.0), "point: link must be 1 or 2; got True"),
-        (Point(1, "a", 0.0), "point: along must be a number; got 'a'"),
-        (Point(2, 0.0, None), "point: across must be a number; got None"),
-        (Point(2, math.nan, 0.0), "point: along must be a finite number of m; got nan"),
-    ],
-)
-def test_points_of_no_link_are_refused(point, sentence):
-    with pytest.raises(ParameterError, match=sentence):
-        kinematics.as_point("point", point)
-
-
-def test_a_point_has_numbers_of_any_kind():
-    assert kinematics.as_point("point", Point(np.int64(2), Fraction(1, 3), 1)) == Point(
-        2, Fraction(1, 3), 1
-    )

@@ -36,6 +36,7 @@ LAYERS = [
     "twolink.uniform_bars",
     "twolink.chain",
     "twolink.compilation",
+    "twolink.points",
     "twolink.kinematics",
     "twolink.loads",
     "twolink.contact",

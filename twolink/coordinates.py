@@ -29,9 +29,10 @@ class JointConvention:
 
     def __post_init__(self) -> None:
         """Check both pairs, and keep them as whole numbers and floats."""
-        signs = as_pair("sign", self.sign, "a pair of signs, each 1 or -1")
+        wanted = "a pair of signs, each 1 or -1"
+        signs = as_pair("sign", self.sign, wanted)
         if not all(sign in (1, -1) for sign in signs):
-            refuse("sign", self.sign, "a pair of signs, each 1 or -1")
+            refuse("sign", self.sign, wanted)
         offsets = as_pair("offset", self.offset, "a pair of angles in rad")
         finite = (as_real(f"offset[{k}]", angle) for k, angle in enumerate(offsets))
         object.__setattr__(self, "sign", tuple(map(int, signs)))

@@ -7,39 +7,8 @@ The x-axis points right, the y-axis down; vectors are pairs (x, y). Angles q are
 u = dq/dt (rad/s) and du = d²q/dt² (rad/s²). Entries may have any scalar type, or be arrays.
 """
 
-import math
-from numbers import Real
-from typing import Any
-
-import numpy as np
-
 from twolink.arithmetic import Pair, cos, sin, sine_and_cosine
 from twolink.chain import Chain, Point
-from twolink.inputs import as_number, check_instance, refuse
-
-
-def as_point(name: str, value: Any) -> Point:
-    """Return a point of link 1 or 2 with finite coordinates, or raise `ParameterError`."""
-    check_instance(name, value, Point)
-    link = as_link(f"{name}: link", value.link)
-    return Point(link, *(_coordinate(f"{name}: {own}", getattr(value, own)) for own in _OWN))
-
-
-_OWN = ("along", "across")
-
-
-def _coordinate(name: str, value: Any) -> Any:
-    number = as_number(name, value)
-    if isinstance(number, Real) and not math.isfinite(number):
-        refuse(name, value, "a finite number of m")
-    return number
-
-
-def as_link(name: str, value: Any) -> int:
-    """Return the number of a link, 1 or 2, or raise `ParameterError`."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value not in (1, 2):
-        refuse(name, value, "1 or 2")
-    return int(value)
 
 
 def position(chain: Chain, q: Pair, point: Point) -> Pair:

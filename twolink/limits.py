@@ -18,8 +18,8 @@ from twolink.inputs import as_number, nearest_float, refuse
 class Limits:
     """The most that a run may take: seconds of computing, and bytes of memory.
 
-    If `seconds` is infinite, the work for modes and that in 113 bits are not limited either. Raises
-    `ParameterError` unless both are positive; infinity is.
+    If `seconds` is infinite, the work for modes and that in 113 bits are not limited either. Both
+    must be positive, and may be infinite; any other value raises `ParameterError`.
     """
 
     seconds: float = 3600.0

@@ -143,7 +143,8 @@ def reference(
     than expected, both runs are repeated with more digits, a few times. A motion with events is
     limited to the digits of 113 bits. The result states its number of digits. Raises
     `ParameterError` for an invalid number of digits, `SimulationError` for invalid times and for a
-    failed run, and `TooMuchError` for one that would exceed the `limits`.
+    failed run, `IntegrationError` if both runs agree in no digit at a time, and `TooMuchError` for
+    a run that would exceed the `limits`.
     """
     check_run(scene, progress, limits)
     digits = _as_digits(scene, digits)

@@ -28,8 +28,8 @@ from twolink.effects.effect import (
 )
 from twolink.errors import ParameterError
 from twolink.inputs import as_number, as_pair, as_tuple, check_instance, refuse
-from twolink.kinematics import as_link, as_point
 from twolink.loads import Force, Torque
+from twolink.points import as_link, as_point
 from twolink.text import quoted
 from twolink.values import is_value
 

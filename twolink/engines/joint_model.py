@@ -100,7 +100,10 @@ class JointModel:
 
     @property
     def uses(self) -> frozenset[str]:
-        """The names of the non-zero fields, "drive" for negative damping, "push" for stiffness."""
+        """The names of the non-zero fields, and of those with negative numbers.
+
+        The latter are "drive" for damping and "push" for stiffness.
+        """
         names = ("torque", "stiffness", "damping", "armature", "waves", "samples")
         signs = {"drive": self.damping, "push": self.stiffness}
         negative = (name for name, numbers in signs.items() if min(numbers) < 0)

@@ -19,6 +19,7 @@ from twolink.errors import SimulationError
 from twolink.inputs import as_floats, as_path, as_times, refuse
 from twolink.integration.precisions import PRECISIONS
 from twolink.limits import UNLIMITED
+from twolink.points import as_point
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
@@ -152,12 +153,12 @@ class Trajectory(Views):
 
     def position(self, point: Point) -> Array:
         """Return the x and y of a point (m), shape (2, n)."""
-        own = kinematics.as_point("point", point)
+        own = as_point("point", point)
         return np.array(kinematics.position(self.chain, tuple(self.q), own))
 
     def velocity(self, point: Point) -> Array:
         """Return the velocity of a point (m/s), shape (2, n)."""
-        own = kinematics.as_point("point", point)
+        own = as_point("point", point)
         return np.array(kinematics.velocity(self.chain, tuple(self.q), tuple(self.u), own))
 
     @property

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from twolink.chain_checks import check_signs, positive
+from twolink.chain_checks import check_signs
 from twolink.inputs import (
     as_number,
     as_pair,
@@ -140,17 +140,18 @@ def _both(name: str, value: Any, kind: type[_Kind]) -> tuple[_Kind, _Kind]:
 
 def _checked(links: Any) -> tuple[LinkParameters, LinkParameters]:
     """Return links in float64 that the reader accepts, or raise `ParameterError`."""
-    first, second = map(_in_float64, (1, 2), _both("links", links, LinkParameters))
+    first, second = map(_within_float64, (1, 2), _both("links", links, LinkParameters))
     check_signs(
         (first.mass, second.mass), (first.length, second.length), (first.inertia, second.inertia)
     )
     link = link_without_inertia((first, second))
     if link is not None:
-        positive(link, f"inertia about {'AB'[link - 1]}", 0.0, "kg m²")
+        refuse(f"link {link}: inertia about {'AB'[link - 1]}", 0.0, "a positive number of kg m²")
     return first, second
 
 
-def _in_float64(number: int, link: LinkParameters) -> LinkParameters:
+def _within_float64(number: int, link: LinkParameters) -> LinkParameters:
+    """Return a link, by its number, with finite numbers that the reader accepts."""
     where = f"link {number}"
     centre = f"{where}: centre"
     along, across = as_pair(centre, link.centre, "a pair (along, across) in m")
