@@ -13,7 +13,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from tests.simulation.hybrid.polynomials import EPSILON, as_floats, bound_of, expanded, series_like
 from twolink.integration.precisions import PRECISIONS
-from twolink.simulation.hybrid import bernstein, roots
+from twolink.simulation.hybrid import bernstein, polishing, roots
 from twolink.simulation.hybrid.bernstein import bernstein_matrix
 from twolink.simulation.hybrid.roots import Search, first_fall, spread_of_fall, with_rest
 from twolink.simulation.hybrid.tolerances import POLYNOMIAL
@@ -64,6 +64,22 @@ def test_simple_roots_are_found_to_the_last_bits(random):
         size = sum(abs(a) * float(truth) ** k for k, a in enumerate(c))
         assert miss <= 4 * EPSILON * (size / abs(slope) + float(truth))
     assert falls > 40
+
+
+def test_the_search_for_a_simple_root_begins_near_it(random, monkeypatch):
+    """By the polygon of the Bernstein coefficients and its bend; by the polygon alone 2e-3 away."""
+    begun = []
+
+    def bracketed(coefficients, low, high, near):
+        found = polishing.bracketed(coefficients, low, high, near)
+        begun.append(abs(near - found))
+        return found
+
+    monkeypatch.setattr(roots, "bracketed", bracketed)
+    for _ in range(600):
+        fall([0.5 * random.uniform(), *series_like(random, 20)[1:]])
+    assert len(begun) > 50
+    assert np.median(begun) < 1e-4
 
 
 @pytest.mark.parametrize("precision", ["long double", "quadruple"])

@@ -20,6 +20,7 @@ from twolink.simulation import simulate
 from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.course import set_up
 from twolink.simulation.hybrid.flow import flow
+from twolink.simulation.hybrid.stepper import MOST_AHEAD
 from twolink.simulation.hybrid.steps_of_arc import _longest_press, take_steps
 
 POINTS = ("B", "C1", "C2", "D")
@@ -37,6 +38,23 @@ def test_as_many_steps_are_taken_as_asked_for_and_none_is_longer():
     assert block.lengths.tolist() == [0.125] * 3
     assert block.starts.tolist() == [0.0, 0.125, 0.25]
     assert (over, failure) == (False, "")
+
+
+def test_further_steps_leave_the_steps_before_as_they_are():
+    system = system_of(*STOP, chain=BALANCED)
+    course = begun(system, (1.0, 0.2), until=1e3)
+    first, _, _ = take_steps(course, 3, 0.125)
+    kept = [each.copy() for each in first]
+    take_steps(course, 3, 0.25)
+    for own, before in zip(first, kept, strict=True):
+        np.testing.assert_array_equal(own, before)
+
+
+def test_no_more_steps_are_taken_than_there_is_room_for():
+    system = system_of(*STOP, chain=BALANCED)
+    course = begun(system, (1.0, 0.2), until=1e3)
+    block, over, failure = take_steps(course, MOST_AHEAD + 9, 1e-3)
+    assert (len(block.lengths), over, failure) == (MOST_AHEAD, False, "")
 
 
 def test_steps_end_with_the_arc():

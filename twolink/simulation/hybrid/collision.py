@@ -221,15 +221,15 @@ def place(
     q = placed(pose, element.normal, surface, known, system.rounding)
     if q == pose.q:
         return state, pose
-    change = q[0] - pose.q[0], q[1] - pose.q[1]
-    return _moved(system, state, pose, change)._replace(q=q), system.pose(q)
+    return _moved(system, state, pose, q), system.pose(q)
 
 
-def _moved(system: HybridSystem, state: HybridState, pose: Pose, change: Pair) -> HybridState:
-    """Return the state in which gaps and depths have changed with q, by a `change` (rad).
+def _moved(system: HybridSystem, state: HybridState, pose: Pose, q: Pair) -> HybridState:
+    """Return the state at q (rad), little beside its pose, with the gaps and depths there.
 
     Those within the round-off of a place, or of the change, are more accurate than q, and stay.
     """
+    change = q[0] - pose.q[0], q[1] - pose.q[1]
     gaps, compliant = list(state.gaps), list(state.compliant)
     for index, (gap, own) in enumerate(zip(state.gaps, state.compliant, strict=True)):
         normal = system.elements[index].normal
@@ -244,7 +244,9 @@ def _moved(system: HybridSystem, state: HybridState, pose: Pose, change: Pair) -
         depth = own.sqrt_depth * own.sqrt_depth
         if depth > small:
             compliant[index] = own._replace(sqrt_depth=sqrt(depth - rise))
-    return state._replace(gaps=tuple(gaps), compliant=tuple(compliant))
+    return HybridState(
+        state.t, q, state.u, tuple(gaps), state.touching, state.sliding, tuple(compliant)
+    )
 
 
 def sliding_after(

@@ -267,16 +267,23 @@ def _only_dip(
 
 
 def _only_fall(b: Sequence[Any], clear_of: float) -> float | None:
-    """Return where in [0, 1] the polygon of Bernstein coefficients falls, None if not just once.
+    """Return a place in [0, 1] near the only fall of a polynomial, None if there may be others.
 
-    The first coefficient is positive, and the last negative, beyond a bound below which they have
-    no known sign. The fall of the polygon is near the root of the polynomial, and the nearer the
-    higher the degree.
+    `b` are its Bernstein coefficients. The first one is positive, and the last negative, beyond a
+    bound below which they have no known sign.
     """
     before = 0
     while b[before + 1] > clear_of:
         before += 1
     if max(b[before + 1 :]) > -clear_of:
         return None
-    high, low = b[before], b[before + 1]
-    return (before + float(high / (high - low))) / (len(b) - 1)
+    degree = len(b) - 1
+    size = float(b[before] - b[before + 1])
+    share = float(b[before]) / size
+    x = (before + share) / degree
+    # The polygon of the coefficients falls there. To the next order in 1/n, the polynomial differs
+    # from it by the second difference (Voronovskaya's theorem).
+    k = min(max(before, 1), degree - 1)
+    bend = float(b[k - 1] - 2 * b[k] + b[k + 1]) if degree > 1 else 0.0
+    rise = bend / 2 * (degree * x * (1 - x) - share * (1 - share))
+    return x + rise / (degree * size)
