@@ -62,6 +62,45 @@ def test_keys_of_effects_are_left_out_without_them():
         assert key not in parameters.line()
 
 
+def of_effects(*effects):
+    return Scene(
+        chain=Chain.uniform_bars(), q=(0.1, 0.2), u=(0.0, 0.0), duration=1.0, effects=effects
+    )
+
+
+def test_gravity_has_the_sign_of_its_direction():
+    parameters, _ = parameters_of(of_effects(Gravity(9.81, (0.0, -2.0))))
+    assert parameters.gravity == -9.81
+
+
+FLOOR = (0.0, 1.0), (0.0, -1.0)
+
+
+@pytest.mark.parametrize(
+    ("effects", "said"),
+    [
+        ((Gravity(9.81, (1.0, 0.0)),), "gravity along y alone; got the direction 1, 0"),
+        ((Gravity(9.81), Gravity(1.0)), "one Gravity; got 2"),
+        ((JointDamping((0.1, 0.1)), JointDamping((0.2, 0.2))), "one JointDamping; got 2"),
+        ((JointSpring((1.0, 1.0)), JointSpring((2.0, 2.0))), "one JointSpring; got 2"),
+        ((JointFriction((1.0, 1.0)), JointFriction((2.0, 2.0))), "one JointFriction; got 2"),
+        ((Surface(*FLOOR, on=("C1", "D")),), "surfaces on B and D alone; got C1"),
+        (
+            (Surface(*FLOOR, restitution=0.5, friction=0.3, law="newton"),),
+            "rough surfaces with the law stronge alone; got newton",
+        ),
+    ],
+)
+def test_what_the_messages_do_not_say_is_rejected(effects, said):
+    with pytest.raises(EngineError, match=f"the protocol has {said}"):
+        parameters_of(of_effects(*effects))
+
+
+def test_without_friction_all_laws_of_restitution_are_one():
+    parameters, _ = parameters_of(of_effects(Surface(*FLOOR, restitution=0.5, law="newton")))
+    assert parameters.surfaces[0].restitution == 0.5
+
+
 def test_other_effects_are_rejected():
     scene = Scene(
         chain=Chain.uniform_bars(),

@@ -77,7 +77,8 @@ class StoppedJoint(Message):
 class HalfPlane(Message):
     """A rigid half-plane that points of the chain cannot enter: B, the elbow, or D, the end.
 
-    `point` (m) and the outward `normal` are in the chain's frame. `friction` is Coulomb's
+    `point` (m) and the outward `normal` are in the chain's frame. `restitution` is that of
+    Stronge's law, which differs from others with friction alone. `friction` is Coulomb's
     coefficient when sliding, `static` when sticking (the same unless given).
     """
 

@@ -21,6 +21,7 @@ from twolink.scene import Scene
 
 _JOINTS = JointConvention()
 _NOTHING = (0.0, 0.0)
+_LAW = "stronge"
 _NAMES: tuple[Literal["A"], Literal["B"]] = ("A", "B")
 
 
@@ -68,13 +69,15 @@ def _effects(given: Parameters) -> Iterator[Any]:
 def parameters_of(scene: Scene) -> tuple[Parameters, tuple[Effect, ...]]:
     """Return the parameters of a scene, and the effects that an engine must have.
 
-    Raises `EngineError` for an effect that the protocol does not have.
+    Raises `EngineError` for effects that the protocol does not have: others, several in the place
+    of one, gravity across y, and surfaces with another law of restitution or on mass centres.
     """
-    fields: dict[str, Any] = {}
+    fields: dict[str, Any] = {"gravity": 0.0}
     effects: dict[Effect, None] = {}
+    _check_single(scene)
     for effect in scene.effects:
         if isinstance(effect, Gravity):
-            fields["gravity"] = effect.g
+            fields["gravity"] = _down(effect)
             continue
         name, found = _fields(effect)
         effects[name] = None
@@ -86,9 +89,25 @@ def parameters_of(scene: Scene) -> tuple[Parameters, tuple[Effect, ...]]:
         length=chain.length,
         centre=chain.centre,
         inertia=chain.inertia,
-        **({"gravity": 0.0} | fields),
+        **fields,
     )
     return given, tuple(effects)
+
+
+def _check_single(scene: Scene) -> None:
+    """Raise `EngineError` for several effects of a kind of which the protocol has one."""
+    for kind in (Gravity, JointDamping, JointFriction, JointSpring):
+        count = sum(isinstance(effect, kind) for effect in scene.effects)
+        if count > 1:
+            raise EngineError(f"the protocol has one {kind.__name__}; got {count}")
+
+
+def _down(gravity: Gravity) -> Any:
+    """Return g along y (m/s²). Raises `EngineError` for gravity in another direction."""
+    x, y = gravity.direction
+    if x:
+        raise EngineError(f"the protocol has gravity along y alone; got the direction {x:g}, {y:g}")
+    return gravity.acceleration[1]
 
 
 def joint_state(scene: Scene) -> tuple[Any, Any]:
@@ -115,6 +134,7 @@ def _fields(effect: Any) -> tuple[Effect, dict[str, Any]]:
         )
         return "joint_stop", {"stops": (stop,)}
     if isinstance(effect, Surface):
+        _check_surface(effect)
         plane = HalfPlane(
             point=effect.point,
             normal=effect.normal,
@@ -125,3 +145,15 @@ def _fields(effect: Any) -> tuple[Effect, dict[str, Any]]:
         )
         return "surface", {"surfaces": (plane,)}
     raise EngineError(f"the protocol has no {type(effect).__name__}")
+
+
+def _check_surface(surface: Surface) -> None:
+    """Raise `EngineError` for what the messages of a surface do not say."""
+    others = [point for point in surface.on if point not in ("B", "D")]
+    if others:
+        raise EngineError(f"the protocol has surfaces on B and D alone; got {', '.join(others)}")
+    # Without friction all laws agree.
+    if surface.friction and surface.law != _LAW:
+        raise EngineError(
+            f"the protocol has rough surfaces with the law {_LAW} alone; got {surface.law}"
+        )
