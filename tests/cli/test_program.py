@@ -259,6 +259,43 @@ def test_a_signal_that_comes_while_an_exception_is_reported_ends_the_program(wro
     assert (run.returncode, run.stdout) == (143, "")
 
 
+@pytest.mark.parametrize("rest", ["time.sleep(30)", "pass"])
+def test_a_signal_that_comes_during_an_import_ends_the_program(rest, tmp_path):
+    """Libraries import optional ones, and continue after any exception."""
+    library = "try:\n    import optional\nexcept BaseException:\n    pass\nprint('imported')\n"
+    (tmp_path / "library.py").write_text(library, encoding="utf-8")
+    optional = "import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\nprint('goes on')\n"
+    (tmp_path / "optional.py").write_text(optional, encoding="utf-8")
+    program = (
+        "import sys, time\n"
+        "from twolink.cli.program import _ended_by_signals\n"
+        f"sys.path.insert(0, {str(tmp_path)!r})\n"
+        "with _ended_by_signals():\n"
+        "    import library\n"
+        f"    {rest}\n"
+        "print('alive')\n"
+    )
+    run = ended(program)
+    assert (run.returncode, run.stdout, run.stderr) == (143, "goes on\nimported\n", "")
+
+
+def test_an_import_without_end_is_ended_by_a_signal(tmp_path):
+    endless = (
+        "import os, signal, time\nos.kill(os.getpid(), signal.SIGTERM)\n"
+        "while True:\n    time.sleep(0.01)\n"
+    )
+    (tmp_path / "endless.py").write_text(endless, encoding="utf-8")
+    program = (
+        "import sys\n"
+        "from twolink.cli import program\n"
+        "program._LONGEST_IMPORT = 0.2\n"
+        f"sys.path.insert(0, {str(tmp_path)!r})\n"
+        "with program._ended_by_signals():\n"
+        "    import endless\n"
+    )
+    assert ended(program).returncode == 143
+
+
 def test_other_errors_of_destructors_are_reported():
     program = (
         "from twolink.cli.program import _ended_by_signals\n"
