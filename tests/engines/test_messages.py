@@ -83,6 +83,14 @@ def test_answers(cmd, line, expected):
     assert answer_of(cmd, line) == expected
 
 
+@pytest.mark.parametrize("number", ["1e400", "1" + "0" * 400, "1" + "0" * 5000])
+def test_numbers_beyond_float64_are_infinite(number):
+    found = answer_of("ask", f'{{"seq": 1, "values": [{number}, -{number}]}}')
+    assert found.values == [math.inf, -math.inf]
+    moved = answer_of("move", f'{{"seq": 1, "angles": [[{number}, 0]], "speeds": [[0, 0]]}}')
+    assert moved.angles == ((math.inf, 0.0),)
+
+
 @pytest.mark.parametrize(
     ("cmd", "line", "words"),
     [

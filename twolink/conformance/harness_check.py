@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from twolink.conformance.capabilities import mistake_in
 from twolink.conformance.judge import judged
-from twolink.conformance.quantities import QUANTITIES
 from twolink.conformance.suites import suite
 from twolink.conformance.vectors import Group, Vector
 from twolink.engines.contract import Array
@@ -83,10 +83,8 @@ def _checked(name: str, run: Callable[..., str]) -> Check:
 
 def _capabilities(session: Session) -> str:
     about = session.engine
-    unknown = [name for name in about.answers if name not in QUANTITIES]
-    if unknown:
-        known = ", ".join(QUANTITIES)
-        raise _FailedError(f"answers must be of {known}; got {', '.join(unknown)}")
+    if said := mistake_in(about):
+        raise _FailedError(said)
     if not about.answers:
         raise _FailedError("answers must name a quantity; got none")
     effects = f", with {', '.join(about.effects)}" if about.effects else ""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
+from twolink.conformance.capabilities import mistake_in
 from twolink.conformance.diagnosis import causes, explanation
 from twolink.conformance.hard_cases import hard_case
 from twolink.conformance.judge import judged
@@ -48,11 +49,14 @@ def conform(
     """Return the report on an engine.
 
     `attachment` is how the engine is named on the command line, `start` starts it (see
-    `twolink.engines.attach`). Raises `EngineError` if it does not start.
+    `twolink.engines.attach`). Raises `EngineError` if it does not start, or names wrong
+    capabilities.
     """
     count = sum(len(groups) for groups in suites.values())
     found: list[TestResult] = []
     with Session(start, seconds) as session:
+        if said := mistake_in(session.engine):
+            raise EngineError(f"the engine's {said}")
         done = 0
         for name, groups in suites.items():
             for group in groups:

@@ -26,6 +26,10 @@ Effect = Literal[
 ]
 
 
+# Whole numbers of so many characters are numbers of float64.
+_MOST_DIGITS = 300
+
+
 class ProtocolError(EngineError):
     """An engine's answer is not a message of the protocol."""
 
@@ -336,7 +340,7 @@ def request_of(line: str) -> Request | Stop:
 def table_of(line: str) -> dict[str, Any]:
     """Return the JSON object in a line of text. Raises `ProtocolError`."""
     try:
-        table = json.loads(line, parse_constant=_no_constant)
+        table = json.loads(line, parse_constant=_no_constant, parse_int=_whole)
     except ProtocolError:
         raise
     except (ValueError, RecursionError) as error:
@@ -346,6 +350,11 @@ def table_of(line: str) -> dict[str, Any]:
     if not isinstance(table, dict):
         raise ProtocolError(f"an answer must be a JSON object; got {one_line(line, 120)!r}")
     return table
+
+
+def _whole(digits: str) -> int | float:
+    """Return a whole number; beyond float64 infinity, as JSON's numbers with a power of ten are."""
+    return int(digits) if len(digits) <= _MOST_DIGITS else float(digits)
 
 
 def _no_constant(word: str) -> NoReturn:
