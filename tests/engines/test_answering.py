@@ -23,6 +23,7 @@ from twolink.engines.messages import (
     States,
     Values,
 )
+from twolink.errors import EngineError
 
 
 class Small(Engine):
@@ -66,6 +67,29 @@ def test_capabilities_follow_from_the_methods():
     started = answer(Small(), Start())
     assert isinstance(started, Started)
     assert started.engine.language == "python"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"name": 5}, "name: input should be a valid string; got 5"),
+        ({"reads": "parameters"}, "reads: input should be a valid tuple; got 'parameters'"),
+        ({"precision": "double"}, "precision: input should be 'binary32', .*; got 'double'"),
+    ],
+)
+def test_capabilities_of_a_wrong_type_are_one_sentence(wrong, said):
+    engine = type("Wrong", (Small,), wrong)()
+    with pytest.raises(EngineError, match=f"^Wrong: {said}$"):
+        answer(engine, Start())
+
+
+def test_an_answer_of_a_wrong_type_is_one_sentence():
+    class Wrong(Small):
+        def load(self, model):
+            return 5
+
+    said = "understood: input should be a valid dictionary or instance of Understood; got 5"
+    assert answer(Wrong(), Model(id="sound", urdf="")) == Refused(refused=said)
 
 
 def test_values_come_with_warnings():

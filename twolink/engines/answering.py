@@ -6,6 +6,8 @@ import traceback
 import warnings
 from collections.abc import Iterable
 
+from pydantic import ValidationError
+
 from twolink.engines.contract import Engine
 from twolink.engines.faults import CannotError
 from twolink.engines.messages import (
@@ -23,23 +25,27 @@ from twolink.engines.messages import (
     Start,
     Started,
     Values,
+    sentence_of,
 )
-from twolink.errors import TwolinkError
+from twolink.errors import EngineError, TwolinkError
 
 
 def about(engine: Engine) -> About:
-    """Return an engine's capabilities."""
-    return About(
-        name=engine.name,
-        version=engine.version,
-        language="python",
-        issues=engine.issues,
-        precision=engine.precision,
-        reads=engine.reads,
-        answers=engine.answers,
-        effects=engine.effects,
-        methods=engine.methods,
-    )
+    """Return an engine's capabilities. Raises `EngineError` for those of a wrong type."""
+    try:
+        return About(
+            name=engine.name,
+            version=engine.version,
+            language="python",
+            issues=engine.issues,
+            precision=engine.precision,
+            reads=engine.reads,
+            answers=engine.answers,
+            effects=engine.effects,
+            methods=engine.methods,
+        )
+    except ValidationError as error:
+        raise EngineError(f"{type(engine).__name__}: {sentence_of(error)}") from error
 
 
 def answer(engine: Engine, request: Request) -> Answer:
@@ -86,6 +92,8 @@ def _failure(request: Model | Ask | Move, error: BaseException) -> Answer:
 
 def _sentence(error: BaseException) -> str:
     """Return an exception's message, with its type unless it is written for users."""
+    if isinstance(error, ValidationError):
+        return sentence_of(error)
     said, kind = str(error), type(error).__name__
     if said and isinstance(error, TwolinkError):
         return said

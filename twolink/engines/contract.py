@@ -19,7 +19,8 @@ import importlib.metadata
 import importlib.util
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from types import NoneType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,8 +124,27 @@ class Engine(ABC):
         return self._evaluated(quantity, [states[name] for name in QUANTITIES[quantity].inputs])
 
     def _evaluated(self, quantity: str, inputs: Sequence[Array]) -> Array:
-        return np.asarray(getattr(self, quantity)(*inputs), dtype=float)
+        return _real(quantity, getattr(self, quantity)(*inputs))
 
     def move(self, request: Move) -> Moved:
         """Return a motion of the model."""
         raise CannotError(f"{self.name} does not simulate")
+
+
+# What NumPy would convert to a number without a word, in an array of Python's objects.
+_NO_NUMBERS = (str, bytes, bool, complex, NoneType)
+
+
+def _real(quantity: str, values: Any) -> Array:
+    """Return an engine's values as an array. Raises `EngineError` for other than real numbers."""
+    found = np.asanyarray(values)
+    if np.ma.is_masked(found):
+        got = "masked ones"
+    elif found.dtype.kind == "O":
+        wrong = (type(x).__name__ for x in found.flat if isinstance(x, _NO_NUMBERS))
+        got = next(wrong, "")
+    else:
+        got = "" if found.dtype.kind in "fiu" else found.dtype.name
+    if got:
+        raise EngineError(f"values of {quantity} must be real numbers; got {got}")
+    return np.asarray(found, dtype=float)

@@ -366,11 +366,14 @@ def _checked(kind: type[Any], table: dict[str, Any]) -> Any:
         # JSON has lists only, which the strict types of Python would refuse as tuples.
         return kind.model_validate_json(json.dumps(table))
     except ValidationError as error:
-        fault = error.errors()[0]
-        place = ".".join(str(part) for part in fault["loc"]) or kind.__name__.lower()
-        raise ProtocolError(
-            f"{place}: {fault['msg'][0].lower()}{fault['msg'][1:]}; got {quoted(fault['input'])}"
-        ) from error
+        raise ProtocolError(sentence_of(error, kind.__name__.lower())) from error
+
+
+def sentence_of(error: ValidationError, message: str = "message") -> str:
+    """Return the first fault of a message, named if it is of the whole, in one sentence."""
+    fault = error.errors()[0]
+    place = ".".join(str(part) for part in fault["loc"]) or message
+    return f"{place}: {fault['msg'][0].lower()}{fault['msg'][1:]}; got {quoted(fault['input'])}"
 
 
 def _as_words(value: Any) -> Any:
