@@ -260,12 +260,13 @@ def test_a_signal_that_comes_while_an_exception_is_reported_ends_the_program(wro
 
 
 @pytest.mark.parametrize("rest", ["time.sleep(30)", "pass"])
-def test_a_signal_that_comes_during_an_import_ends_the_program(rest, tmp_path):
+@pytest.mark.parametrize("later", ["time.sleep(30)", "pass"])
+def test_a_signal_that_an_import_catches_ends_the_program(later, rest, tmp_path):
     """Libraries import optional ones, and continue after any exception."""
-    library = "try:\n    import optional\nexcept BaseException:\n    pass\nprint('imported')\n"
-    (tmp_path / "library.py").write_text(library, encoding="utf-8")
-    optional = "import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\nprint('goes on')\n"
-    (tmp_path / "optional.py").write_text(optional, encoding="utf-8")
+    optional = "import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n"
+    library = f"import time\ntry:\n    import optional\nexcept BaseException:\n    pass\n{later}\n"
+    for name, text in (("optional", optional), ("library", library)):
+        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
     program = (
         "import sys, time\n"
         "from twolink.cli.program import _ended_by_signals\n"
@@ -276,24 +277,26 @@ def test_a_signal_that_comes_during_an_import_ends_the_program(rest, tmp_path):
         "print('alive')\n"
     )
     run = ended(program)
-    assert (run.returncode, run.stdout, run.stderr) == (143, "goes on\nimported\n", "")
+    assert (run.returncode, run.stdout, run.stderr) == (143, "", "")
 
 
-def test_an_import_without_end_is_ended_by_a_signal(tmp_path):
-    endless = (
-        "import os, signal, time\nos.kill(os.getpid(), signal.SIGTERM)\n"
-        "while True:\n    time.sleep(0.01)\n"
-    )
-    (tmp_path / "endless.py").write_text(endless, encoding="utf-8")
+def test_a_signal_that_ends_an_import_is_not_sent_again(tmp_path):
+    """What is put away at the end is not interrupted."""
+    text = "import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n"
+    (tmp_path / "struck.py").write_text(text, encoding="utf-8")
     program = (
-        "import sys\n"
-        "from twolink.cli import program\n"
-        "program._LONGEST_IMPORT = 0.2\n"
+        "import sys, time\n"
+        "from twolink.cli.program import _ended_by_signals\n"
         f"sys.path.insert(0, {str(tmp_path)!r})\n"
-        "with program._ended_by_signals():\n"
-        "    import endless\n"
+        "with _ended_by_signals():\n"
+        "    try:\n"
+        "        import struck\n"
+        "    finally:\n"
+        "        time.sleep(0.3)\n"
+        "        print('put away')\n"
     )
-    assert ended(program).returncode == 143
+    run = ended(program)
+    assert (run.returncode, run.stdout, run.stderr) == (143, "put away\n", "")
 
 
 def test_other_errors_of_destructors_are_reported():

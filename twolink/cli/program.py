@@ -25,12 +25,9 @@ from twolink.cli.terminal import BAD_INPUT, FAILED, flush, warn
 from twolink.errors import BrowserError, FileError, IntegrationError, TwolinkError
 from twolink.text import choice, one_line, quoted
 
-# Seconds until a signal is sent again whose exception was lost in a library, or that came during an
-# import, and between repetitions until it is raised.
-_AGAIN_EVERY = 0.05
-
-# Seconds for which an import goes on after a signal.
-_LONGEST_IMPORT = 10.0
+# Seconds until a signal is sent again whose exception was lost in a library, and from then on until
+# it is raised. In this time an exception leaves all modules that are being imported.
+_AGAIN_EVERY = 0.1
 
 # Errors of valid commands that failed.
 _FAULTS = (BrowserError, FileError, IntegrationError)
@@ -101,27 +98,25 @@ class _Signals:
     """Signals that end the work: raised as `SystemExit`, and sent again where that is lost.
 
     Python reports exceptions of destructors and of some C code by `sys.unraisablehook`, and
-    continues without them. Libraries import optional ones, and continue without them after any
-    exception: a signal that comes during an import is raised after it.
+    continues without them. Libraries import optional ones, and continue after any exception: it is
+    lost if the module that is being imported stays in `sys.modules`.
     """
 
     def __init__(self) -> None:
         """Begin without signals."""
         self.received: list[int] = []
         self.report = sys.unraisablehook
-        self._raised = self._reporting = self._sends = self._closed = False
-        self._importing_until: float | None = None
+        self._raised = self._reporting = self._watches = self._closed = False
+        self._imported = ""
 
     def end(self, number: int, frame: FrameType | None) -> None:
         """Raise `SystemExit` on a signal, but not in the hook, which would lose it again."""
         self.received.append(number)
-        if self._reporting:
-            return
-        if self._is_to_wait(frame):
-            self._send_later()
-            return
-        self._raised = True
-        raise SystemExit(128 + number)
+        if not self._reporting:
+            self._raised, self._imported = True, _outermost_import(frame)
+            if self._imported:
+                self._watch()
+            raise SystemExit(128 + number)
 
     def unraisable(self, lost: Any) -> None:
         """Send a signal again whose exception was lost, or that comes now; report all else."""
@@ -130,32 +125,21 @@ class _Signals:
         if not of_signal:
             self.report(lost)
         if of_signal or len(self.received) > before:
-            self._send_later()
+            self._raised = False
+            self._watch()
         self._reporting = False
 
-    def _is_to_wait(self, frame: FrameType | None) -> bool:
-        """Return whether a module is being imported, and has been for a limited time."""
-        while frame is not None and not _is_of_import(frame):
-            frame = frame.f_back
-        now = time.monotonic()
-        if frame is None:
-            self._importing_until = None
-            return False
-        if self._importing_until is None:
-            self._importing_until = now + _LONGEST_IMPORT
-        return now < self._importing_until
-
-    def _send_later(self) -> None:
-        """Send the last signal again and again until it is raised."""
-        self._raised = False
-        if not self._sends:
-            self._sends = True
+    def _watch(self) -> None:
+        """Send the last signal again whenever it is lost."""
+        if not self._watches:
+            self._watches = True
             threading.Thread(target=self._send_again, daemon=True).start()
 
     def _send_again(self) -> None:
         while not self._closed:
             time.sleep(_AGAIN_EVERY)
-            if not (self._raised or self._closed):
+            lost = not self._raised or self._imported in sys.modules
+            if lost and not self._closed:
                 os.kill(os.getpid(), self.received[-1])
 
     def close(self) -> None:
@@ -163,9 +147,21 @@ class _Signals:
         self._closed = True
 
 
-def _is_of_import(frame: FrameType) -> bool:
-    """Return whether a frame is that of a module during its import."""
-    return frame.f_code.co_name == "<module>" and frame.f_globals.get("__name__") != "__main__"
+def _outermost_import(frame: FrameType | None) -> str:
+    """Return the name of the first module that is being imported, or an empty string."""
+    found = ""
+    while frame is not None:
+        name = frame.f_globals.get("__name__", "")
+        if frame.f_code.co_name == "<module>" and _is_imported_now(name):
+            found = name
+        frame = frame.f_back
+    return found
+
+
+def _is_imported_now(name: str) -> bool:
+    spec = getattr(sys.modules.get(name), "__spec__", None)
+    # Python has no public name for it.
+    return bool(getattr(spec, "_initializing", False))
 
 
 @contextmanager
