@@ -76,6 +76,22 @@ class Mover(Arm):
         )
 
 
+class StepTooMany(Mover):
+    """It takes one more step than asked for, of the same size."""
+
+    def move(self, request):
+        found, size = super().move(request), request.parameter
+        rows = [(*a, *u) for a, u in zip(found.angles, found.speeds, strict=True)]
+        later = [self.step(request.method, 0.0, np.array(row), size).tolist() for row in rows[1:]]
+        rows = [rows[0], *later]
+        return found.model_copy(
+            update={
+                "angles": tuple((a, b) for a, b, _, _ in rows),
+                "speeds": tuple((c, d) for _, _, c, d in rows),
+            }
+        )
+
+
 class OtherGravity(Mover):
     """Gravity of 9.80665 instead of 9.81."""
 

@@ -67,6 +67,7 @@ def test_values_that_are_not_finite():
     found = convergence([*motions(1), TRUTH * math.nan], TRUTH, EPSILON)
     assert found.limit is Limit.NONE
     assert math.isnan(found.order)
+    assert found.sentence == "does not converge; values are not finite at the finest setting"
 
 
 def test_motions_that_are_not_finite_at_coarse_settings_are_left_out():

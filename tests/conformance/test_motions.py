@@ -13,6 +13,7 @@ from tests.conformance.mover import (
     OtherRestitution,
     Ours,
     Short,
+    StepTooMany,
     Stiff,
     Stuck,
     Unable,
@@ -42,6 +43,15 @@ def test_the_right_engine_converges_to_the_truth():
     assert found["motion: euler"].mark is Mark.PASS
     assert found["motion: euler"].said.startswith("converges to the truth, order 1.")
     assert found["motion: euler"].id == "motion/chrono-double-pendulum/motion/euler"
+
+
+def test_a_step_too_many_shows_by_the_order_that_the_engine_names():
+    found = results(StepTooMany)
+    assert found["motion: rk4"].mark is Mark.MISSED
+    assert found["motion: rk4"].said.startswith("converges to the truth, order 1.")
+    assert found["motion: rk4"].said.endswith("; the engine names order 4")
+    # With this order it is not told apart from a right method.
+    assert found["motion: euler"].mark is Mark.PASS
 
 
 def test_a_motion_keeps_its_settings_and_errors():

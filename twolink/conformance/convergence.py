@@ -80,6 +80,8 @@ class Convergence:
     @property
     def sentence(self) -> str:
         """The verdict in words."""
+        if not math.isfinite(self.error):
+            return f"{self.limit.value}; values are not finite at the finest setting"
         order = "" if math.isnan(self.order) else f", order {self.order:.1f}"
         return (
             f"{self.limit.value}{order}; error {self.error:.1e} at the finest setting,"

@@ -69,19 +69,40 @@ def _of_method(
     except (EngineError, EngineFault) as error:
         return without_answer(result, error)
     found = curve.verdict
-    mark = _MARKS[found.limit]
+    mark, said = _MARKS[found.limit], found.sentence
+    if mark is Mark.PASS and _is_of_lower_order(curve, motion, method, engine):
+        mark, said = Mark.MISSED, f"{said}; the engine names order {method.order:g}"
     if mark is not Mark.PASS:
         warnings = (*of_model, *warnings)
     if mark is Mark.SILENT and warnings:
         mark = Mark.MISSED
-    return replace(result, mark=mark, said=found.sentence, warnings=warnings, curve=curve)
+    return replace(result, mark=mark, said=said, warnings=warnings, curve=curve)
+
+
+def _is_of_lower_order(curve: Curve, motion: Motion, method: Method, engine: RemoteEngine) -> bool:
+    """Return whether a motion converges with less than half of the order that the engine names.
+
+    A step too many is such a mistake: its motions converge to the truth with order 1. Where half of
+    all digits are right, rounding may hide the order.
+    """
+    found = curve.verdict
+    if method.order is None or not _is_even(motion, method):
+        return False
+    size = float(np.abs(np.array(motion.values, dtype=float)).max())
+    hidden = found.error <= np.sqrt(EPSILONS[engine.precision]) * size
+    return not hidden and found.order < method.order / 2
+
+
+def _is_even(motion: Motion, method: Method) -> bool:
+    """Return whether errors fall evenly: those of a smooth motion with fixed steps."""
+    return method.parameter == "step" and motion.smooth
 
 
 def _curve(motion: Motion, method: Method, engine: RemoteEngine) -> tuple[Curve, tuple[str, ...]]:
     """Return the errors from coarse to fine, up to half of all digits, and warnings."""
     truth, epsilon = np.array(motion.values, dtype=float), EPSILONS[engine.precision]
     value, ratio, count = _SETTINGS[method.parameter]
-    even = method.parameter == "step" and motion.smooth
+    even = _is_even(motion, method)
     if method.parameter == "step" and not even:
         count += _MORE_STEPS
     motions: list[Array] = []
