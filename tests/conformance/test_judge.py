@@ -58,6 +58,10 @@ def test_digits_are_those_of_the_worst_state(digits):
     assert found("kinetic_energy", values).digits == pytest.approx(digits, abs=0.01)
 
 
+def test_an_error_of_all_of_the_value_leaves_no_digits():
+    assert str(found("kinetic_energy", 0 * truth("kinetic_energy")).digits) == "0.0"
+
+
 def test_expected_zeros_have_no_digits():
     group = next(g for g in suite("evaluation") if g.id == "evaluation/no-gravity")
     test = next(test for test in group.tests if test.quantity == "gravity_terms")

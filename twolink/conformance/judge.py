@@ -92,4 +92,5 @@ def _digits(error: Any, truth: Any, allowed: Array) -> float:
     worst = float((rows[counted] / sizes[counted]).max())
     if not math.isfinite(worst):
         return 0.0
-    return _ALL_DIGITS if worst == 0 else float(np.clip(-math.log10(worst), 0.0, _ALL_DIGITS))
+    # 0 − log10(1) is 0, and −log10(1) is −0.
+    return _ALL_DIGITS if worst == 0 else float(np.clip(0.0 - math.log10(worst), 0.0, _ALL_DIGITS))
