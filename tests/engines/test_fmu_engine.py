@@ -63,6 +63,27 @@ def test_a_wrong_sign_of_gravity_is_named(tmp_path):
     assert "converges to another model" in motion.said
 
 
+@pytest.mark.parametrize(
+    "rates", ["-x[2], dx[1] = x[3]", "x[3], dx[1] = x[2]", "NAN, dx[1] = x[3]"]
+)
+def test_rates_of_the_angles_that_are_not_the_speeds_are_reported(tmp_path, rates):
+    source = wrong("dx[0] = x[2], dx[1] = x[3]", f"dx[0] = {rates}")
+    path = built(
+        tmp_path,
+        source,
+        wrong("  <CoSimulation", "  <!-- ", DESCRIPTION).replace(
+            'canHandleVariableCommunicationStepSize="true"/>', "-->"
+        ),
+    )
+    found = report(path, EVALUATION)
+    asked = [each for each in found.failed if each.quantity == "forward_dynamics"]
+    assert len(asked) > 5
+    for each in asked:
+        assert each.said.startswith(
+            "the derivatives of angle1 and angle2 must be speed1 and speed2"
+        )
+
+
 def test_a_chain_that_it_cannot_express_is_skipped_with_the_reason(tmp_path):
     path = built(tmp_path, description=without("centre_across2", without("centre_across1")))
     found = report(path, EVALUATION)

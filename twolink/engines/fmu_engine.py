@@ -19,11 +19,15 @@ from twolink.engines.fmu_file import OUTPUTS, PARAMETERS, STATES, TORQUES, read_
 from twolink.engines.fmu_instance import Exchange, Simulation, exchange, made, simulation
 from twolink.engines.messages import Method, Model, Move, Moved
 from twolink.engines.simulation_engine import stretches
+from twolink.errors import EngineError
 from twolink.files import scratch_folder
 from twolink.text import one_line
 
 # The relative tolerance asked of an FMU's own solver: only communication steps shall count.
 _TOLERANCE = 1e-12
+
+# The rate of an angle is its speed, but for the rounding of a few operations.
+_SAME = 1e-12
 
 
 class FmuEngine(Engine):
@@ -83,7 +87,10 @@ class FmuEngine(Engine):
             raise ModelRefusedError(f"{self.name} does not start: {error}") from error
 
     def forward_dynamics(self, angles: Array, speeds: Array, torques: Array) -> Array:
-        """Return the derivatives of the speeds (rad/s²)."""
+        """Return the derivatives of the speeds (rad/s²).
+
+        Raises `EngineError` if those of the angles are not the speeds.
+        """
         driven = self._file.has(TORQUES)
         if not driven and torques.any():
             raise CannotError(f"{self.name} has no inputs {' and '.join(TORQUES)}")
@@ -93,8 +100,21 @@ class FmuEngine(Engine):
                 if driven:
                     instance.set(dict(zip(TORQUES, torque.tolist(), strict=True)))
                 instance.go_to(state.tolist())
-                found.append(instance.rates()[2:])
-        return np.array(found)
+                found.append(instance.rates())
+        rates = np.array(found)
+        self._check_kinematics(rates[:, :2], speeds)
+        return rates[:, 2:]
+
+    def _check_kinematics(self, rates: Array, speeds: Array) -> None:
+        """Raise `EngineError` for rates of the angles that are not the speeds (rad/s)."""
+        same = np.abs(rates - speeds) <= _SAME * np.abs(speeds).sum(axis=1, keepdims=True)
+        wrong = np.flatnonzero(~same.all(axis=1))
+        if wrong.size:
+            got, wanted = rates[wrong[0]].tolist(), speeds[wrong[0]].tolist()
+            raise EngineError(
+                f"the derivatives of {STATES[0]} and {STATES[1]} must be {STATES[2]} and"
+                f" {STATES[3]}, {wanted} rad/s; got {got}"
+            )
 
     def kinetic_energy(self, angles: Array, speeds: Array) -> Array:
         """Return the output (J)."""
