@@ -151,6 +151,20 @@ def test_contradictory_tables_are_refused_in_one_sentence(tables, sentence):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ('scene = "drop', "a sweep file must be TOML; got another text"),
+        ("<robot name='arm'>", "a sweep file must be TOML; got a URDF"),
+        (f"x = {'[' * 20}{']' * 20}", "must not be nested deeper than those of a sweep file"),
+    ],
+)
+def test_another_text_is_no_sweep_file(tmp_path, text, sentence):
+    (tmp_path / "s.toml").write_text(text)
+    with pytest.raises(SceneError, match=sentence):
+        load(tmp_path / "s.toml")
+
+
 def test_a_name_that_a_file_can_have_is_read():
     longest = "ä" * 127
     assert ensemble(axes=[{**Q, "name": longest}]).runs.axes[0].name == longest

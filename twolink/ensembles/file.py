@@ -52,12 +52,12 @@ def load(path: str | PathLike[str]) -> Ensemble:
     value.
     """
     file = as_path("the path of a sweep file", path)
-    return ensemble_of(tables(read_text(file), str(file)), str(file), file.parent)
+    return ensemble_of(tables(read_text(file), str(file), "sweep"), str(file), file.parent)
 
 
 def ensemble_of(table: Any, source: str, folder: Path) -> Ensemble:
     """Return the ensemble of the tables of a sweep file; `source` begins messages."""
-    check_tables(table, source)
+    check_tables(table, source, "sweep")
     own = isinstance(table.get("scene"), (dict, Scene))
     given = checked(sweep_model(), {**table, "scene": ""} if own else table, source)
     try:

@@ -23,8 +23,6 @@ _FOR_A_URDF = (
     "or twolink urdf show"
 )
 
-_KIND = "a scene file"
-
 
 def read_text(file: Path) -> str:
     """Return the text of a file, or raise `SceneError`."""
@@ -34,23 +32,26 @@ def read_text(file: Path) -> str:
         raise SceneError(f"{one_line(file, 300)}: {error}") from error
 
 
-def tables(text: str, source: str) -> dict[str, Any]:
-    """Return the tables of a TOML text; `SceneError` names the `source` where it is none."""
+def tables(text: str, source: str, kind: str = "scene") -> dict[str, Any]:
+    """Return the tables of a TOML text; `SceneError` names the `source` where it is none.
+
+    The `kind` of file, a scene or a sweep, is named in messages.
+    """
     # No TOML begins so.
     if text.lstrip().startswith("<") and _URDF.search(text):
-        raise SceneError(f"{source}: {_KIND} must be TOML; got a URDF, {_FOR_A_URDF}")
+        raise SceneError(f"{source}: a {kind} file must be TOML; got a URDF, {_FOR_A_URDF}")
     try:
-        return toml.tables(text, _KIND)
+        return toml.tables(text, f"a {kind} file")
     except FileError as error:
         raise SceneError(f"{source}: {error}") from error
 
 
-def check_tables(table: Any, source: str) -> None:
-    """Raise `SceneError` unless it is a table, nested no deeper than a scene."""
+def check_tables(table: Any, source: str, kind: str = "scene") -> None:
+    """Raise `SceneError` unless it is a table, nested no deeper than a scene or a sweep."""
     if not isinstance(table, dict):
-        raise SceneError(f"{source}: a scene must be a dict; got {type(table).__name__}")
+        raise SceneError(f"{source}: a {kind} must be a dict; got {type(table).__name__}")
     if _is_deep(table):
-        raise SceneError(f"{source}: {toml.too_deep(_KIND)}")
+        raise SceneError(f"{source}: {toml.too_deep(f'a {kind} file')}")
 
 
 def _is_deep(value: Any) -> bool:

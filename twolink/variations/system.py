@@ -298,7 +298,7 @@ def check_form(scene: Scene, direction: Direction, name: str) -> None:
     except (TypeError, ValueError, AttributeError, TwolinkError) as error:
         raise SimulationError(
             f"{name} must be a number by which the equations can be differentiated; got one that"
-            f" has to be a float in them ({error})"
+            " has to be a float in them"
         ) from error
 
 
