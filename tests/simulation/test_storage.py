@@ -497,9 +497,12 @@ class Wind(Effect):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_without_its_scene_a_trajectory_is_saved_and_not_loaded(kind, tmp_path):
+def test_without_its_scene_a_trajectory_is_saved_with_a_warning_and_not_loaded(kind, tmp_path):
     file = tmp_path / f"run{kind}"
-    replace(smooth(), scene=replace(SCENE, effects=(Wind(),))).save(file)
+    with pytest.warns(
+        UserWarning, match=r"run\.\w+ has no scene, .* \(effects of a scene file must"
+    ):
+        replace(smooth(), scene=replace(SCENE, effects=(Wind(),))).save(file)
     sentence = refusal(file)
     assert "`Scene.to_toml` could not write it (effects of a scene file must be" in sentence
     if kind == ".csv":

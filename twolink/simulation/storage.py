@@ -99,18 +99,20 @@ class Stored(NamedTuple):
     facts: dict[str, Any]
 
 
-def save(stored: Stored, file: Path) -> None:
+def save(stored: Stored, file: Path) -> str | None:
     """Write a trajectory to a file, of the kind that its suffix says.
 
-    Raises `SimulationError` for other kinds, and `FileError` where the file cannot be written; it
-    is then as it was before.
+    Returns why the scene is not in the file, and so `load` refuses it; or None if it is. Raises
+    `SimulationError` for other kinds, and `FileError` where the file cannot be written; it is then
+    as it was before.
     """
     check_kind(file)
+    about = _about(stored)
     arrays = Arrays(
         stored.t,
         stored.q,
         stored.u,
-        json.loads(json.dumps(asdict(_about(stored)), default=_in_json)),
+        json.loads(json.dumps(asdict(about), default=_in_json)),
         _joint_rows(stored),
     )
     arrays.about["checksum"] = _checksum(arrays)
@@ -120,6 +122,7 @@ def save(stored: Stored, file: Path) -> None:
         raise SimulationError(f"{file}: the trajectory cannot be saved, for {error}") from error
     with atomic_write(file) as temporary:
         format_of(file).write(temporary, arrays)
+    return about.no_scene
 
 
 def _joint_rows(stored: Stored) -> Array | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -24,7 +25,7 @@ from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 from twolink.simulation.run import Array, MotionRun, Recipe, Statistics
 from twolink.simulation.views import Views
-from twolink.text import distinct
+from twolink.text import distinct, one_line
 
 if TYPE_CHECKING:
     from twolink.integration.precisions import PrecisionName
@@ -241,9 +242,10 @@ class Trajectory(Views):
     def save(self, path: str | PathLike[str]) -> None:
         """Write the samples and their metadata to a .npz, .csv or .parquet file.
 
-        The file is written atomically, and `load` reads it back bit for bit if a scene file can
-        hold the scene. Raises `SimulationError` for other kinds of file, and if it cannot be
-        written.
+        The file is written atomically, and `load` reads it back bit for bit. A scene that no scene
+        file can hold, such as one with fractions or an effect of one's own, is left out with a
+        warning, and `load` refuses the file. Raises `SimulationError` for other kinds of file, and
+        if it cannot be written.
         """
         from twolink.simulation import storage
 
@@ -251,7 +253,13 @@ class Trajectory(Views):
         # Accuracies may be numbers of any type; files have floats.
         facts = {name: getattr(self, name) for name in storage.FACTS}
         facts["accuracy"] = float(self.accuracy)
-        storage.save(storage.Stored(self.scene, self.t, self.q, self.u, facts), target)
+        reason = storage.save(storage.Stored(self.scene, self.t, self.q, self.u, facts), target)
+        if reason is not None:
+            warnings.warn(
+                f"{one_line(target, 300)} has no scene, so that `Trajectory.load` refuses it, for"
+                f" `Scene.to_toml` cannot write it ({reason})",
+                stacklevel=2,
+            )
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Trajectory:
