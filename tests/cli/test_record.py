@@ -11,7 +11,7 @@ def test_a_time_goes_with_a_picture_alone(suffix, tmp_path):
     words = ["record", "general", "--at", "3", "--out", str(tmp_path / f"a{suffix}")]
     result = CliRunner().invoke(app, words)
     assert result.exit_code == 2
-    assert result.stderr == f"twolink: at must be left out with a {suffix} file; got 3 s\n"
+    assert result.stderr == f"twolink: --at must be left out with a {suffix} file; got 3 s\n"
     assert result.stdout == ""
     assert list(tmp_path.iterdir()) == []
 

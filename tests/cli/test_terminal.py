@@ -124,6 +124,43 @@ def test_no_command_replaces_its_input(words, name, target, tmp_path, monkeypatc
         assert Path(name).read_bytes() == before
 
 
+def test_no_derived_name_replaces_an_input(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("a.toml").write_bytes(data_path("scenes/drop.toml").read_bytes())
+    Path("p-path.svg").symlink_to("a.toml")
+    result = run("plot", "a.toml", "--kind", "all", "--out", "p.svg")
+    assert result.exit_code == 2
+    assert result.stderr == "twolink: --out must not replace the input a.toml; got p.svg\n"
+    assert Path("p-path.svg").is_symlink()
+
+
+@pytest.mark.parametrize(
+    ("words", "file", "text"),
+    [
+        (["simulate", "a.toml", "--out", "arm.csv"], "a.toml", '[chain]\nurdf = "arm.csv"'),
+        (
+            ["sweep", "a.toml", "--out", "a.zarr", "--plot", "arm.svg"],
+            "a.toml",
+            'scene = "arm.svg"',
+        ),
+        (
+            ["sweep", "a.toml", "--out", "a.zarr", "--plot", "arm.svg"],
+            "a.toml",
+            '[scene.chain]\nurdf = "arm.svg"',
+        ),
+    ],
+)
+def test_no_command_replaces_a_file_that_its_scene_names(words, file, text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path(file).write_text(text, encoding="utf-8")
+    Path(words[-1]).write_bytes(b"kept = 1")
+    result = run(*words)
+    assert result.exit_code == 2
+    said = f"twolink: {words[-2]} must not replace the input {words[-1]}; got {words[-1]}\n"
+    assert result.stderr == said
+    assert Path(words[-1]).read_bytes() == b"kept = 1"
+
+
 def test_the_console_reads_no_markup(capsys):
     from rich.table import Table
 

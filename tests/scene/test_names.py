@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 from twolink.cli import app
 from twolink.errors import SceneError
 from twolink.scene import Scene, scene_file, scene_names
+from twolink.scene.names import files_named_in
 
 NAMES = scene_names()
 
@@ -98,3 +99,19 @@ def test_a_scene_from_a_dict_is_that_of_its_file():
 def test_a_dict_that_is_no_scene_is_refused(table, sentence):
     with pytest.raises(SceneError, match=sentence):
         Scene.from_dict(table)
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ('[chain]\nurdf = "arms/a.urdf"', ["arms/a.urdf"]),
+        ('scene = "inner.toml"', ["inner.toml", "b.urdf"]),
+        ('[scene.chain]\nurdf = "c.urdf"', ["c.urdf"]),
+        ('scene = "drop"', []),
+        ("chain = 1\nscene = 2", []),
+    ],
+)
+def test_the_files_that_a_scene_or_a_sweep_names(text, names, tmp_path):
+    (tmp_path / "inner.toml").write_text('[chain]\nurdf = "b.urdf"')
+    (tmp_path / "outer.toml").write_text(text)
+    assert files_named_in(tmp_path / "outer.toml") == tuple(tmp_path / name for name in names)

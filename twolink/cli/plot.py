@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,7 +14,6 @@ from twolink.cli.progress import ProgressBar, progress_bar
 from twolink.cli.showing import ThemeName
 from twolink.cli.terminal import FAILED, check_target, refuse, say, warn
 from twolink.cli.trajectories import trajectory_of
-from twolink.errors import ParameterError
 from twolink.suffixes import PLOTS, TRAJECTORIES
 from twolink.text import choice, distinct_names, either
 
@@ -116,6 +114,15 @@ class _Asked:
     seed: int
     force: bool
 
+    @property
+    def targets(self) -> list[Path]:
+        """The files that may be written, of all kinds."""
+        return [self.target(kind) for kind in (*OF_MOTION, "verification")]
+
+    def target(self, drawn: str) -> Path:
+        """Return the file of a kind of plot."""
+        return self.out.with_stem(f"{self.out.stem}-{drawn}") if self.kind == "all" else self.out
+
 
 def _plotted(asked: _Asked) -> tuple[Trajectory | None, dict[str, Figure], list[Path]]:
     """Return the motion, if one is drawn, its figures by kind, and the files written."""
@@ -130,7 +137,7 @@ def _plotted(asked: _Asked) -> tuple[Trajectory | None, dict[str, Figure], list[
         motions = (trajectory_of(other, options, bar) for other in asked.beside)
         others = dict(zip(names, motions, strict=True))
         drawn = _drawn(asked, trajectory, others, bar)
-        return trajectory, drawn, _write(drawn, asked.out, asked.kind)
+        return trajectory, drawn, _write(drawn, asked)
 
 
 def _check(asked: _Asked) -> None:
@@ -141,7 +148,13 @@ def _check(asked: _Asked) -> None:
         refuse(choice("--kind", asked.kind, KINDS))
     if asked.theme not in THEMES:
         refuse(choice("--theme", asked.theme, THEMES))
-    check_target("--out", asked.out, PLOTS, inputs=[asked.source, *asked.beside])
+    check_target(
+        "--out",
+        asked.out,
+        PLOTS,
+        inputs=[asked.source, *asked.beside],
+        targets=asked.targets,
+    )
     if asked.states < 1:
         refuse(f"--states must be a positive whole number; got {asked.states}")
     if asked.seed < 0:
@@ -225,15 +238,10 @@ def _verification(asked: _Asked, bar: ProgressBar) -> Figure:
     return verification(found, asked.theme)
 
 
-def _write(drawn: dict[str, Figure], out: Path, kind: str) -> list[Path]:
+def _write(drawn: dict[str, Figure], asked: _Asked) -> list[Path]:
     """Write figures to a file, or each to one of its own, and return which."""
     from twolink.viz.plots.style import save
 
-    paths = []
     for name, made in drawn.items():
-        path = out.with_stem(f"{out.stem}-{name}") if kind == "all" else out
-        if os.path.isdir(path):
-            raise ParameterError(f"{path}: must be a file; got a folder")
-        save(made, path)
-        paths.append(path)
-    return paths
+        save(made, asked.target(name))
+    return [asked.target(name) for name in drawn]

@@ -79,7 +79,16 @@ def _ending(error: Exception, words: Sequence[str]) -> tuple[int, str]:
     if isinstance(error, OSError):
         name = "" if error.filename is None else f"{one_line(error.filename, 300)}: "
         return FAILED, f"{name}{error.strerror or error}"
-    return FAILED if isinstance(error, _FAULTS) else BAD_INPUT, str(error)
+    sentence = _of_option(str(error), words)
+    return FAILED if isinstance(error, _FAULTS) else BAD_INPUT, sentence
+
+
+def _of_option(sentence: str, words: Sequence[str]) -> str:
+    """Return a sentence of the library on an argument as one on the option that was typed."""
+    name, must, _ = sentence.partition(" must ")
+    option = f"--{name}"
+    typed = any(word == option or word.startswith(f"{option}=") for word in words)
+    return f"--{sentence}" if must and typed else sentence
 
 
 def _leave_nothing_to_write() -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import typer
 
 from twolink import files
-from twolink.errors import FileError
+from twolink.errors import FileError, TwolinkError
 from twolink.files import atomic_write, check_writable, is_same_file
 from twolink.tables import Table, Tone
 from twolink.text import one_line, printable
@@ -81,10 +81,12 @@ def check_target(
     suffixes: tuple[str, ...] = (),
     *,
     inputs: Sequence[Path | None] = (),
+    targets: Sequence[Path] = (),
 ) -> None:
     """Refuse a file that could not be written in the end, before any work is done.
 
-    `inputs` are the files that the command reads, which it must not replace.
+    `inputs` are the files that the command reads, which it must not replace. `targets` are the
+    files that it writes, where their names are derived from the path.
     """
     if path is None:
         return
@@ -92,10 +94,11 @@ def check_target(
     if suffixes and path.suffix not in suffixes:
         refuse(f"{option} must be {kind}; got {one_line(path, 300)}")
     try:
-        check_writable(path)
+        for target in targets or [path]:
+            check_writable(target)
     except FileError as error:
         refuse(f"{option}: {error}")
-    _check_no_input(option, path, [path], inputs)
+    _check_no_input(option, path, targets or [path], inputs)
 
 
 def check_folder(
@@ -124,12 +127,28 @@ def check_folder(
 def _check_no_input(
     option: str, path: Path, targets: Sequence[Path], inputs: Sequence[Path | None]
 ) -> None:
-    """Refuse to replace a file that the command reads, also where a link leads to it."""
-    for target in targets:
-        for read in inputs:
-            if read is not None and is_same_file(target, read):
-                name, got = one_line(read, 200), one_line(path, 200)
-                refuse(f"{option} must not replace the input {name}; got {got}")
+    """Refuse to replace a file that the command reads, also where a link leads to it.
+
+    The files that a scene or a sweep names are read, too.
+    """
+    # Almost always nothing is replaced, and no input must be read for that.
+    there = [target for target in targets if os.path.exists(target)]
+    given = [file for file in inputs if there and file is not None]
+    named = [other for file in given for other in _named_in(file)]
+    for read in (*given, *named):
+        if any(is_same_file(target, read) for target in there):
+            name, got = one_line(read, 200), one_line(path, 200)
+            refuse(f"{option} must not replace the input {name}; got {got}")
+
+
+def _named_in(read: Path) -> tuple[Path, ...]:
+    """Return the files that a scene or a sweep names, if it is one that can be read."""
+    from twolink.scene.names import files_named_in, scene_file
+
+    try:
+        return files_named_in(scene_file(read))
+    except TwolinkError:
+        return ()
 
 
 RENDERING = ("rich.console", "rich.table")

@@ -1,13 +1,16 @@
-"""Shipped scenes by name: the stems of their files."""
+"""Shipped scenes by name, the stems of their files; and the files that a scene names."""
 
 from __future__ import annotations
 
+import os
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from twolink.data import data_path
 from twolink.errors import SceneError
 from twolink.inputs import as_path
+from twolink.scene.text import read_text, tables
 from twolink.text import nearest
 
 
@@ -40,3 +43,25 @@ def scene_file(scene: str | PathLike[str]) -> Path:
             f"{path}: there is no scene and no file of this name; did you mean {' or '.join(near)}?"
         )
     return path
+
+
+def files_named_in(file: Path) -> tuple[Path, ...]:
+    """Return the files that a scene or sweep file names; nothing else in it is checked.
+
+    Raises `TwolinkError` for a file that cannot be read, or is no TOML.
+    """
+    table, folder = tables(read_text(file), str(file)), file.parent
+    scene = table.get("scene")
+    if isinstance(scene, dict):
+        return (*_urdf_of(table, folder), *_urdf_of(scene, folder))
+    if not isinstance(scene, str) or not os.path.isfile(folder / scene):
+        return _urdf_of(table, folder)
+    beside = folder / scene
+    return (beside, *_urdf_of(tables(read_text(beside), str(beside)), beside.parent))
+
+
+def _urdf_of(scene: dict[str, Any], folder: Path) -> tuple[Path, ...]:
+    """Return the URDF that the tables of a scene name, if they do."""
+    chain = scene.get("chain")
+    urdf = chain.get("urdf") if isinstance(chain, dict) else None
+    return (folder / urdf,) if isinstance(urdf, str) else ()
