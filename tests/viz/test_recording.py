@@ -108,9 +108,11 @@ def test_a_second_recording_is_the_same_to_the_pixel(scratch, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_picture_is_the_frame_at_its_time(scratch, tmp_path):
+@pytest.mark.parametrize("fps", [30.0, 1.5])
+def test_a_picture_is_the_frame_at_its_time(fps, scratch, tmp_path):
     need_browser()
-    film = film_of("bounce_to_rest", 1.0)
+    # At 1.5 frames a second, the last frame is at 2/3 s.
+    film = replace(film_of("bounce_to_rest", 1.0), fps=fps)
     for name, at in (("end.png", None), ("same.png", 1.0), ("middle.png", 0.5)):
         record(film, tmp_path / name, size=SIZE, at=at)
     end, same, middle = (

@@ -211,8 +211,13 @@ class Film:
 
     @cached_property
     def _lowest(self) -> float:
-        """The least V of the first run (J), above which V is shown."""
-        return float(self.moments[0].potential_energy.min())
+        """The least V of the first run (J), above which V is shown, whatever frames there are."""
+        run, end = self.runs[0], self.start + self.duration
+        count = int(np.searchsorted(run.trajectory.t, end, side="right"))
+        sampled = run.trajectory.q[:, :count], run.trajectory.u[:, :count]
+        samples = Moments(run, run.trajectory.t[:count], *sampled)
+        both = samples.potential_energy.min(), self.moments[0].potential_energy.min()
+        return float(min(both))
 
     @cached_property
     def _impacts(self) -> Impacts:

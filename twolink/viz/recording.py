@@ -51,11 +51,12 @@ def record(
     answers. Raises `PictureError` for invalid options, `BrowserError` if browser or encoder fail,
     and `FileError` if the file cannot be written.
     """
-    if at is not None:
-        film = replace(film, still=at)
     check_recording(file, size, film.fps, at)
+    # The end of a motion is between two frames in general.
+    moment = film.start + film.duration if at is None else at
+    if file.suffix == ".png":
+        film = replace(film, still=moment)
     report = progress or (lambda stage, share: None)
-    number = len(film.times) - 1 if at is None else int(np.searchsorted(film.times, at))
     with atomic_write(file) as temporary:
         if file.suffix == ".html":
             page = player_page(film, dark=follows, progress=lambda share: report("frames", share))
@@ -63,6 +64,7 @@ def record(
             return
         if file.suffix == ".png":
             with _shown(film, size, patience, report) as player:
+                number = int(np.searchsorted(film.times, moment))
                 temporary.write_bytes(_picture(player.value(_ask(number))))
             return
         with (
