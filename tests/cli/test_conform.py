@@ -90,6 +90,14 @@ def test_bad_input_is_refused_in_one_sentence(arguments, sentence):
     assert len(found.output.strip().splitlines()) == 1
 
 
+def test_reports_do_not_replace_each_other(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = run("conform", "pinocchio", "--json", "a.xml", "--junit", str(tmp_path / "a.xml"))
+    assert found.exit_code == 2
+    path = tmp_path / "a.xml"
+    assert found.stderr == f"twolink: --junit must be another file than --json; got {path}\n"
+
+
 def test_golden_writes_the_vectors(tmp_path):
     found = run("golden", "--out", str(tmp_path / "golden"), "--suite", "evaluation")
     assert found.exit_code == 0, found.output

@@ -101,6 +101,8 @@ def test_file_names_that_are_no_text(tmp_path):
         (["conform", "mujoco", "--expect", "INPUT", "--json", "OUT"], "a.toml", ""),
         (["conform", "mujoco", "--expect", "INPUT", "--junit", "OUT"], "a.toml", ""),
         (["conform", "mujoco", "--expect", "INPUT", "--plot", "OUT"], "a.svg", ""),
+        (["conform", "fmu:INPUT", "--json", "OUT"], "a.fmu", ""),
+        (["conform", "cmd: python INPUT", "--junit", "OUT"], "engine.py", ""),
         (["reference", "INPUT", "--out", "OUT"], "a.json", ""),
         (["reference", "drop", "INPUT", "--out", "OUT"], "drop.csv", "."),
         (["accuracy", "INPUT", "--out", "OUT"], "accuracy.png", "."),
@@ -117,7 +119,7 @@ def test_no_command_replaces_its_input(words, name, target, tmp_path, monkeypatc
     Path("link.toml").symlink_to(name)
     before = Path(name).read_bytes()
     for read in (name, "link.toml"):
-        result = run(*({"INPUT": read, "OUT": target or name}.get(word, word) for word in words))
+        result = run(*(w.replace("INPUT", read).replace("OUT", target or name) for w in words))
         assert (result.exit_code, result.stdout) == (2, "")
         assert f" must not replace the input {read}; got {target or name}\n" in result.stderr
         assert result.stderr.count("\n") == 1

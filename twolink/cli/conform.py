@@ -102,9 +102,7 @@ def conform(
     input was refused.
     """
     _check_limits(seconds, memory)
-    check_target("--json", json_file, inputs=[expect])
-    check_target("--junit", junit_file, inputs=[expect])
-    check_target("--plot", plot, PLOTS, inputs=[expect])
+    _check_targets(engine, expect, json_file, junit_file, plot)
     if check:
         check_unused(
             context, "--check-harness", "suite", "expect", "json_file", "junit_file", "plot"
@@ -118,6 +116,24 @@ def conform(
         _plot(report, plot)
     if not report.agrees:
         raise typer.Exit(FAILED)
+
+
+def _check_targets(
+    engine: str, expect: Path | None, json_file: Path | None, junit_file: Path | None,
+    plot: Path | None,
+) -> None:  # fmt: skip
+    """Refuse files that cannot be written, are inputs, or would replace each other."""
+    from twolink.engines.attach import files_of
+
+    inputs = [expect, *files_of(engine)]
+    check_target("--json", json_file, inputs=inputs)
+    check_target("--junit", junit_file, inputs=inputs)
+    check_target("--plot", plot, PLOTS, inputs=inputs)
+    before: dict[Path, str] = {}
+    for option, path in (("--json", json_file), ("--junit", junit_file), ("--plot", plot)):
+        other = option if path is None else before.setdefault(path.resolve(), option)
+        if other != option:
+            refuse(f"{option} must be another file than {other}; got {one_line(path, 200)}")
 
 
 def _check_limits(seconds: float, memory: float) -> None:

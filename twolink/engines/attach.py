@@ -11,6 +11,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,17 @@ def python_engine(path: str) -> Engine:
         )
     found.check_installed()
     return found
+
+
+def files_of(engine: str) -> tuple[Path, ...]:
+    """Return the files that the name of an engine names, whether they exist or not.
+
+    They are that of an FMU, or all words of a command, as an interpreter has its program in one.
+    """
+    if engine.startswith(_COMMAND):
+        with suppress(ValueError):
+            return tuple(map(Path, shlex.split(engine.removeprefix(_COMMAND))))
+    return (Path(engine.removeprefix(_FMU).strip()),) if engine.startswith(_FMU) else ()
 
 
 def registered() -> dict[str, str]:
