@@ -4,6 +4,7 @@ import math
 import pickle
 from fractions import Fraction
 
+import flint
 import mpmath
 import numpy as np
 import pytest
@@ -113,6 +114,14 @@ def test_real_numbers_get_the_type_of_the_chain_and_others_are_unchanged():
     found = bars.convert(np.longdouble).scalars((Fraction(1, 3), 0.1))
     assert found == (np.longdouble(1) / 3, np.longdouble(0.1))
     assert [type(number) for number in found] == [np.longdouble] * 2
+
+
+def test_conversion_keeps_long_doubles_exactly_in_numbers_that_take_none():
+    mass = np.longdouble(1) / 3
+    chain = Chain((mass, 1.0), (1.0, 1.0), ((0.5, 0.0),) * 2, (0.1, 0.1))
+    with flint.ctx.workprec(128):
+        numerator, denominator = mass.as_integer_ratio()
+        assert chain.convert(flint.arb).m1 == flint.arb(numerator) / denominator
 
 
 @pytest.mark.parametrize("vector", [(0.0, -2.5), (-1e-200, 0.0)])

@@ -328,8 +328,9 @@ def _rotors(rotors: Any) -> tuple[Rotor, ...]:
 
 
 def _converted(value: Any, number: Callable[[Any], Scalar]) -> Scalar:
-    """Return a parameter in another scalar type, a fraction with all digits of the type."""
-    return exactly(value, number) if isinstance(value, Fraction) else number(value)
+    """Return a parameter in another scalar type, with all digits that it has in that type."""
+    # Few types make numbers of fractions, and balls none of long doubles.
+    return exactly(value, number) if isinstance(value, (Fraction, np.longdouble)) else number(value)
 
 
 def _plain(chain: Chain) -> Chain:

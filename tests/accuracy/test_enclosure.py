@@ -488,3 +488,13 @@ def test_an_enclosure_contains_a_reference_with_rounded_inputs_of_no_kind(effect
     (state,) = reference(scene, 45).states
     for interval, digits in zip(proven, state, strict=True):
         assert abs(Decimal(interval.centre) - Decimal(digits)) <= Decimal(interval.radius)
+
+
+@pytest.mark.slow
+def test_a_chain_of_long_doubles_has_the_enclosure_of_their_fractions():
+    mass = np.longdouble(1) / 3
+    found = [
+        enclosure(replace(GENERAL, chain=replace(OFFSET, mass=(m, 0.75)), duration=0.1), 20).states
+        for m in (mass, Fraction(*mass.as_integer_ratio()))
+    ]
+    assert found[0] == found[1]

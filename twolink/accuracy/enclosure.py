@@ -238,7 +238,7 @@ def _expected_loss(scene: Scene, until: float) -> float:
     # The least numbers have not so many others below them.
     times = np.unique(np.linspace(0.0, until, max(50, math.ceil(50 * until))))
     run = motion_run(scene, times, formulation="momenta", limits=UNLIMITED)
-    chain, loss = scene.moving_chain, 0.0
+    chain, loss = scene.moving_chain.convert(float), 0.0
     with ONE_AT_A_TIME, library.ctx.workprec(COARSE_BITS):
         frame = Frame.around(library, [arb(1)] * 4)
         for time, *state in zip(times[:-1], *run.q, *run.u, strict=False):
