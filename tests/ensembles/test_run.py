@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,6 +40,18 @@ def test_bits_are_the_same_for_any_number_of_workers_and_any_chunks(tmp_path):
     ]
     assert all(same(found[0], other) for other in found[1:])
     assert found[0].runs_done.all()
+
+
+@pytest.mark.parametrize("field", ["accuracy", "duration", "refine", "runs", "kept", "document"])
+def test_an_ensemble_that_its_document_does_not_describe_is_refused(field, tmp_path):
+    asked = starts(2, keep=KEEP, runs=RUNS)
+    other = starts(
+        3, keep={"final": True}, runs={"accuracy": 1e-3, "duration": 1.0, "refine": True}
+    )
+    changed = replace(asked, **{field: getattr(other, field)})
+    with pytest.raises(ParameterError, match="ensemble must be as its document describes it"):
+        sweep(changed, tmp_path / "a.zarr", workers=1)
+    assert not (tmp_path / "a.zarr").exists()
 
 
 @pytest.mark.slow

@@ -69,6 +69,18 @@ def ensemble_of(table: Any, source: str, folder: Path) -> Ensemble:
         raise SceneError(f"{source}: {error}") from error
 
 
+def is_described(ensemble: Ensemble) -> bool:
+    """Return whether an ensemble is that of its own document, as results say that it is.
+
+    A copy with another accuracy, duration or family keeps the document of the first.
+    """
+    about = ensemble.document
+    try:
+        return _ensemble(about, about["scene"], ensemble.family.folder) == ensemble
+    except (KeyError, TwolinkError):
+        return False
+
+
 def sweep_schema() -> dict[str, Any]:
     """Return the JSON schema of sweep files, in which a scene may be a table of its own."""
     return sweep_model(str | scene_model()).model_json_schema()

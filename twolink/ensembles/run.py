@@ -14,7 +14,7 @@ from twolink.ensembles.chunk import goes_in_lanes
 from twolink.ensembles.compiled import LANES
 from twolink.ensembles.ensemble import Ensemble
 from twolink.ensembles.executing import Task, Written, write_chunks
-from twolink.ensembles.file import ensemble_of, load
+from twolink.ensembles.file import ensemble_of, is_described, load
 from twolink.ensembles.results import Results
 from twolink.ensembles.store import created, in_use, opened
 from twolink.inputs import as_count, as_path, check_callback, check_instance, refuse
@@ -82,6 +82,9 @@ def sweep(
 def _ensemble(given: Any) -> Ensemble:
     """Return an ensemble, of a file or of tables."""
     if isinstance(given, Ensemble):
+        # Results are named, and continued, by the document.
+        if not is_described(given):
+            refuse("ensemble", given, "as its document describes it; change the tables, no fields")
         return given
     if isinstance(given, Mapping):
         return ensemble_of(dict(given), "<dict>", Path())
