@@ -201,6 +201,13 @@ def test_other_chains_and_effects(scene):
         assert found.contains(index, verified.states[index])
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("turned", [100.0, -1e5])
+def test_a_chain_that_has_turned_often_has_an_enclosure(turned):
+    scene = replace(GENERAL, q=(turned + 0.5, turned - 0.25), duration=0.2)
+    assert enclosure(scene, 10).contains(0, reference(scene, 40).states[0])
+
+
 @dataclass(frozen=True)
 class Driven(Effect):
     """A torque of every function, with the time and the state in one product."""

@@ -67,6 +67,15 @@ def test_terms_are_right_and_norms_are_bounds(name):
     assert tail <= norm * 0.5**TERMS
 
 
+def test_the_norm_of_a_sum_whose_first_terms_cancel_is_that_of_the_rest():
+    """The elbow of a chain that has turned often is a small difference of large angles."""
+    x, y = series([628.5, *X[1:]]), series([628.25, *Y[1:]])
+    rest = float(series([0.0, *X[1:]]).norm + series([0.0, *Y[1:]]).norm)
+    for found in (x - y, x + -y, -(y - x)):
+        assert float(found.norm) == pytest.approx(0.25 + rest, rel=1e-12)
+    assert float((x - 628).norm) == pytest.approx(0.5 + float(series([0.0, *X[1:]]).norm))
+
+
 def test_two_terms_are_a_value_and_its_derivative():
     x = Series(arb_series([0.7, 1], 2), arb(0.7))
     found = sin(x * x) / x

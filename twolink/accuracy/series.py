@@ -3,7 +3,7 @@
 A `Series` represents a function that is analytic on a disc |t| ≤ ρ about 0. `terms` are balls that
 contain its first coefficients, in the arithmetic of python-flint, which rounds every operation
 outwards. `norm` is a ball that contains an upper bound on ‖a‖ = Σ |a_i| ρ^i over all its
-coefficients, including truncated ones. By ‖a + b‖ ≤ ‖a‖ + ‖b‖,
+coefficients, including truncated ones. By ‖a + b‖ ≤ |a_0 + b_0| + ‖a − a_0‖ + ‖b − b_0‖,
 ‖a b‖ ≤ ‖a‖ ‖b‖ and, with r = ‖a − a_0‖, ‖sin a‖ ≤ cosh r + sinh r = exp r (expand sin(a_0 + x) by
 its addition theorem) each operation computes the norm of its result for any ρ. The truncated
 terms at a time |t| ≤ h < ρ are at most Σ_{i≥n} |a_i| h^i ≤ ‖a‖ (h/ρ)^n, by Cauchy's estimate.
@@ -31,8 +31,7 @@ class Series:
         self._sine_and_cosine: tuple[Series, Series] | None = None
 
     def __add__(self, other: Any) -> Series:
-        terms, norm = self._parts(other)
-        return Series(self.terms + terms, self.norm + norm)
+        return self._sum(self.terms + self._parts(other)[0], other)
 
     __radd__ = __add__
 
@@ -40,8 +39,7 @@ class Series:
         return Series(-self.terms, self.norm)
 
     def __sub__(self, other: Any) -> Series:
-        terms, norm = self._parts(other)
-        return Series(self.terms - terms, self.norm + norm)
+        return self._sum(self.terms - self._parts(other)[0], other)
 
     def __rsub__(self, other: Any) -> Series:
         return -self + other
@@ -105,6 +103,16 @@ class Series:
             return other.terms, other.norm
         number = exactly(other, type(self.norm)) if isinstance(other, Fraction) else other
         return number, abs(number)
+
+    def _sum(self, terms: Any, other: Any) -> Series:
+        """Return the sum with another series or a number, or their difference, of its terms.
+
+        First terms may cancel: two angles after many turns have a small difference.
+        """
+        beyond = self._beyond_the_first()
+        if isinstance(other, Series):
+            beyond += other._beyond_the_first()
+        return Series(terms, abs(terms[0]) + beyond)
 
     def _beyond_the_first(self) -> Any:
         """Return an upper bound on ‖a − a_0‖."""
