@@ -89,7 +89,7 @@ ROWS = {
         "methods",
     ],
     "twolink.effects": ["custom_elements effect", OTHERS, "__init__", "of_urdf"],
-    "twolink.scene": ["chain_table names text", "model reading writing", "scene"],
+    "twolink.scene": ["chain_table text", "model names reading writing", "scene"],
     "twolink.engines": [
         "faults messages",
         "child marks quantities scenes transport",
@@ -214,7 +214,7 @@ ROWS = {
     "twolink.conformance": [
         "contract convergence spatial vectors",
         "quantities urdf_model",
-        "bounds flags",
+        "bounds capabilities flags",
         "judge mistakes suites understanding",
         "answer_mistakes golden model_mistakes",
         "diagnosis",
