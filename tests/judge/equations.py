@@ -50,7 +50,9 @@ class Along:
 
     def _components(self, angle):
         x, y = self.vector
-        cos, sin = np.cos(angle), np.sin(angle)
+        # Arithmetic with a float of NumPy takes several times as long as with Python's own.
+        library = math if isinstance(angle, float) else np
+        cos, sin = library.cos(angle), library.sin(angle)
         return x * cos + y * sin, y * cos - x * sin
 
     def coordinate(self, q):
@@ -127,23 +129,25 @@ class System:
         self.centres = [[self.along(name, axis) for axis in axes] for name in ("C1", "C2")]
         self.end = [self.along("D", axis) for axis in axes]
         self.effects = scene.effects
+        self.gravity = self._gravity()
+        self.torques, self.dampers, self.springs, self.end_forces = (
+            [effect for effect in scene.effects if isinstance(effect, kind)]
+            for kind in (JointTorque, JointDamping, JointSpring, EndForce)
+        )
         self.elements = []
         for effect in scene.effects:
             self.elements += self._elements_of(effect)
         self.names = [element.name for element in self.elements]
-        self.depends_on_time = any(
-            isinstance(effect, JointTorque) and any(effect.amplitude) for effect in scene.effects
-        )
+        self.depends_on_time = any(any(effect.amplitude) for effect in self.torques)
 
     @property
     def load_size(self):
         """A size (N m) of the torques of gravity and motors, the scale of small torques."""
         reach = [self.L1 + math.hypot(*self.points[name]) for name in ("C1", "C2")]
-        weight = math.hypot(*self._gravity())
+        weight = math.hypot(*self.gravity)
         size = weight * (self.mass[0] * reach[0] + self.mass[1] * reach[1])
-        for effect in self.effects:
-            if isinstance(effect, JointTorque):
-                size += sum(map(abs, effect.torque)) + sum(map(abs, effect.amplitude))
+        for effect in self.torques:
+            size += sum(map(abs, effect.torque)) + sum(map(abs, effect.amplitude))
         return size
 
     def along(self, name, vector):
@@ -212,20 +216,18 @@ class System:
         Each load's generalized force is the load times its direction's row.
         """
         r1, r2 = 0 * q[0], 0 * q[0]
-        gravity = self._gravity()
         for mass, centre in zip(self.mass, self.centres, strict=True):
-            for g, direction in zip(gravity, centre, strict=True):
+            for g, direction in zip(self.gravity, centre, strict=True):
                 x, y = direction.row(q)
                 force = mass * (g - direction.drift(q, u))
                 r1, r2 = r1 + x * force, r2 + y * force
         at_A, at_B = self._joint_torques(t, q, u)
         r1, r2 = r1 + at_A - at_B, r2 + at_B
-        for effect in self.effects:
-            if isinstance(effect, EndForce):
-                along_x = -(effect.sliding or 0) * effect.friction * abs(effect.normal)
-                for force, direction in zip((along_x, effect.normal), self.end, strict=True):
-                    x, y = direction.row(q)
-                    r1, r2 = r1 + x * force, r2 + y * force
+        for effect in self.end_forces:
+            along_x = -(effect.sliding or 0) * effect.friction * abs(effect.normal)
+            for force, direction in zip((along_x, effect.normal), self.end, strict=True):
+                x, y = direction.row(q)
+                r1, r2 = r1 + x * force, r2 + y * force
         return r1, r2
 
     def _gravity(self):
@@ -240,15 +242,16 @@ class System:
         """Return the torques in the joints A and B (N m), of motors, dampers and springs."""
         torques = [0 * q[0], 0 * q[0]]
         angles, speeds = (q[0], q[1] - q[0]), (u[0], u[1] - u[0])
-        for effect in self.effects:
-            for j in (0, 1):
-                if isinstance(effect, JointTorque):
-                    phase = effect.frequency[j] * t + effect.phase[j]
-                    torques[j] = torques[j] + effect.torque[j] + effect.amplitude[j] * np.sin(phase)
-                elif isinstance(effect, JointDamping):
-                    torques[j] = torques[j] - effect.coefficient[j] * speeds[j]
-                elif isinstance(effect, JointSpring):
-                    torques[j] = torques[j] - effect.stiffness[j] * (angles[j] - effect.rest[j])
+        for j in (0, 1):
+            for motor in self.torques:
+                phase = motor.frequency[j] * t + motor.phase[j]
+                library = math if isinstance(phase, float) else np
+                periodic = motor.amplitude[j] * library.sin(phase)
+                torques[j] = torques[j] + motor.torque[j] + periodic
+            for damper in self.dampers:
+                torques[j] = torques[j] - damper.coefficient[j] * speeds[j]
+            for spring in self.springs:
+                torques[j] = torques[j] - spring.stiffness[j] * (angles[j] - spring.rest[j])
         return torques
 
 

@@ -174,19 +174,14 @@ def check(draw, count, most_given_up, part=0):
     assert not wrong, f"{len(wrong)} of {count} differ: {wrong}; the first: {found[wrong[0]]}"
 
 
-@pytest.mark.slow
-def test_a_few_scenes_agree_with_the_judge():
-    check(random_scene, 12, 1)
-
-
 # Parts of a hundred scenes share the processes of a test run evenly.
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(3))
 def test_many_scenes_agree_with_the_judge(part):
-    check(random_scene, 100, 10, part)
+    check(random_scene, 100, 1, part)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(3))
 def test_static_friction_agrees_with_the_judge(part):
-    check(scene_of_static_friction, 100, 10, part)
+    check(scene_of_static_friction, 100, 1, part)
