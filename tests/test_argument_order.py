@@ -48,10 +48,10 @@ def signatures(sources: Iterable[str]) -> dict[str, list[Signature]]:
     """Return the signatures of all functions, methods and data classes, by name."""
     found: dict[str, list[Signature]] = defaultdict(list)
     for source in sources:
-        tree = ast.parse(source)
-        classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+        nodes = list(ast.walk(ast.parse(source)))
+        classes = [node for node in nodes if isinstance(node, ast.ClassDef)]
         methods = {id(item) for node in classes for item in node.body}
-        for node in ast.walk(tree):
+        for node in nodes:
             if isinstance(node, ast.FunctionDef):
                 names = [argument.arg for argument in [*node.args.posonlyargs, *node.args.args]]
                 static = any(ast.unparse(each) == "staticmethod" for each in node.decorator_list)
@@ -87,6 +87,9 @@ def swapped(source: str, known: Mapping[str, list[Signature]]) -> Iterator[str]:
         name = call.func.id if isinstance(call.func, ast.Name) else call.func.attr
         plain = itertools.takewhile(lambda each: not isinstance(each, ast.Starred), call.args)
         given = [quantity_of(argument) for argument in plain]
+        # Most calls pass none of the quantities.
+        if not any(given):
+            continue
         fitting = [each.names for each in known.get(name, ()) if each.takes(call)]
         taking = [[QUANTITY.get(each) for each in names] for names in fitting]
         # Of functions with one name, those that take all the quantities of the call are meant.

@@ -1,6 +1,7 @@
 """The import rules: modules import in one direction."""
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -284,10 +285,25 @@ def layer_of(module: str) -> int:
     raise AssertionError(f"{module} has no place in LAYERS")
 
 
-def imports(tree: ast.AST) -> set[str]:
+@functools.cache
+def imports_and_calls(source: str) -> tuple[list[ast.Import | ast.ImportFrom], set[str]]:
+    """Return the imports of a program, and the names that it calls.
+
+    Several tests look at all of the library, which is parsed once.
+    """
+    found, called = [], set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found.append(node)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            called.add(node.func.id)
+    return found, called
+
+
+def imports(source: str) -> set[str]:
     """Return every module that a file imports: at its top, inside functions, and for types only."""
     found: set[str] = set()
-    for node in ast.walk(tree):
+    for node in imports_and_calls(source)[0]:
         if isinstance(node, ast.Import):
             found.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -299,6 +315,7 @@ def imports(tree: ast.AST) -> set[str]:
     return found - {"twolink"}
 
 
+@functools.cache
 def exists(module: str) -> bool:
     path = ROOT.joinpath(*module.split("."))
     return path.with_suffix(".py").exists() or (path / "__init__.py").exists()
@@ -334,7 +351,7 @@ def against_rows(module: str, name: str) -> list[str]:
 
 def violations(module: str, source: str) -> list[str]:
     """Return the imports of a module that break the rules."""
-    names = imports(ast.parse(source))
+    names = imports(source)
     own = [name for name in names if name.split(".")[0] == "twolink"]
     foreign = {name.split(".")[0] for name in names}
     found = [
@@ -459,19 +476,18 @@ def cycle(graph: dict[str, set[str]]) -> list[str]:
 
 def test_no_imports_go_round():
     sources = {module_name(path): path.read_text() for path in FILES}
-    assert cycle({module: imports(ast.parse(text)) for module, text in sources.items()}) == []
+    assert cycle({module: imports(text) for module, text in sources.items()}) == []
 
 
 def test_a_cycle_is_found():
-    late = imports(ast.parse("def f():\n    from twolink.chain import Chain"))
-    typed = imports(ast.parse("if TYPE_CHECKING:\n    from twolink.loads import Loads"))
+    late = imports("def f():\n    from twolink.chain import Chain")
+    typed = imports("if TYPE_CHECKING:\n    from twolink.loads import Loads")
     assert set(cycle({"twolink.loads": late, "twolink.chain": typed})) == {*late, *typed}
 
 
 def prints(source: str) -> bool:
     """Return whether a module calls `print`."""
-    calls = (node.func for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call))
-    return any(isinstance(called, ast.Name) and called.id == "print" for called in calls)
+    return "print" in imports_and_calls(source)[1]
 
 
 def test_only_the_cli_prints():
