@@ -14,7 +14,7 @@ theorem, the planar reduction and the formulations of this library play no part 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
@@ -75,12 +75,12 @@ class Body:
     box: Vector3 | None = None
     path: float = 0.0
 
-    @property
+    @cached_property
     def centre(self) -> Vector3:
         """The mass centre in the frame of the moving link (m)."""
         return self.placement.point(self.inertial.position)
 
-    @property
+    @cached_property
     def inertia(self) -> Matrix3:
         """The inertia about the mass centre along the axes of the moving link (kg m²)."""
         return turned_tensor((self.placement @ self.inertial).rotation, self.tensor)
@@ -180,16 +180,27 @@ class SpatialState:
         )
         return cross(first, second) if link == 2 else (0, 0, 0)
 
-    def placed(self, body: Body) -> tuple[Vector3, Matrix3]:
-        """Return the mass centre (m) and the inertia (kg m²) of a body along the root's axes."""
-        link = self.links[body.link - 1]
-        return link.point(body.centre), turned_tensor(link.rotation, body.inertia)
+    @cached_property
+    def centres(self) -> tuple[Vector3, ...]:
+        """The mass centre of each body along the root's axes (m)."""
+        return tuple(self.links[body.link - 1].point(body.centre) for body in self.model.bodies)
+
+    @cached_property
+    def inertias(self) -> tuple[Matrix3, ...]:
+        """The inertia of each body along the root's axes (kg m²)."""
+        return tuple(
+            turned_tensor(self.links[body.link - 1].rotation, body.inertia)
+            for body in self.model.bodies
+        )
+
+    def _placed(self) -> Iterator[tuple[Body, Vector3, Matrix3]]:
+        """Yield each body with its mass centre and its inertia."""
+        return zip(self.model.bodies, self.centres, self.inertias, strict=True)
 
     def mass_matrix(self) -> Matrix:
         """Return M (kg m²)."""
         found: list[list[Scalar]] = [[0, 0], [0, 0]]
-        for body in self.model.bodies:
-            point, inertia = self.placed(body)
+        for body, point, inertia in self._placed():
             columns, turns = self.columns(body.link, point), self.turning(body.link)
             for i in (0, 1):
                 for j in (0, 1):
@@ -202,8 +213,7 @@ class SpatialState:
     def velocity_terms(self) -> Pair:
         """Return C θ̇ (N m)."""
         found: list[Scalar] = [0, 0]
-        for body in self.model.bodies:
-            point, inertia = self.placed(body)
+        for body, point, inertia in self._placed():
             columns, turns = self.columns(body.link, point), self.turning(body.link)
             omega = self.angular_velocity(body.link)
             force = scale(body.mass, self.bias(body.link, point))
@@ -217,8 +227,8 @@ class SpatialState:
     def gravity_terms(self) -> Pair:
         """Return ∂V/∂θ (N m)."""
         found: list[Scalar] = [0, 0]
-        for body in self.model.bodies:
-            columns = self.columns(body.link, self.placed(body)[0])
+        for body, centre in zip(self.model.bodies, self.centres, strict=True):
+            columns = self.columns(body.link, centre)
             for i in (0, 1):
                 found[i] -= body.mass * dot(self.model.gravity, columns[i])
         return found[0], found[1]
@@ -252,8 +262,7 @@ class SpatialState:
     def kinetic_energy(self) -> Scalar:
         """Return T (J)."""
         energy: Scalar = 0
-        for body in self.model.bodies:
-            point, inertia = self.placed(body)
+        for body, point, inertia in self._placed():
             velocity = _combined(self.speeds, self.columns(body.link, point))
             omega = self.angular_velocity(body.link)
             energy += body.mass * dot(velocity, velocity) + dot(omega, turn(inertia, omega))
@@ -264,7 +273,8 @@ class SpatialState:
     def potential_energy(self) -> Scalar:
         """Return V (J), zero with all mass centres at the root's origin."""
         return -sum(
-            body.mass * dot(self.model.gravity, self.placed(body)[0]) for body in self.model.bodies
+            body.mass * dot(self.model.gravity, centre)
+            for body, centre in zip(self.model.bodies, self.centres, strict=True)
         )
 
     @property

@@ -73,7 +73,10 @@ def reject(a: Vector3, axis: Vector3) -> Vector3:
 
 def turn(rotation: Matrix3, a: Vector3) -> Vector3:
     """Return a matrix times a vector: for a rotation, its components in the outer frame."""
-    return dot(rotation[0], a), dot(rotation[1], a), dot(rotation[2], a)
+    # Written out: calls of `dot` would take most of the time.
+    (a1, a2, a3), (b1, b2, b3), (c1, c2, c3) = rotation
+    x, y, z = a
+    return a1 * x + a2 * y + a3 * z, b1 * x + b2 * y + b3 * z, c1 * x + c2 * y + c3 * z
 
 
 def transpose(rotation: Matrix3) -> Matrix3:
