@@ -1,5 +1,6 @@
 """The judge: marks, factors and digits, in each precision and frame."""
 
+import functools
 import math
 
 import numpy as np
@@ -9,20 +10,25 @@ from twolink.conformance.judge import judged
 from twolink.conformance.suites import suite
 from twolink.engines.marks import Mark
 
-GROUP = next(group for group in suite("evaluation") if group.id == "evaluation/general")
-TESTS = {test.quantity: test for test in GROUP.tests}
+
+@functools.cache
+def general():
+    """Return the group, whose values take a while, and its tests by quantity."""
+    group = next(group for group in suite("evaluation") if group.id == "evaluation/general")
+    return group, {test.quantity: test for test in group.tests}
 
 
 def truth(name):
-    return np.array(TESTS[name].values, dtype=float)
+    return np.array(general()[1][name].values, dtype=float)
 
 
 def bound(name):
-    return np.array(TESTS[name].bound)
+    return np.array(general()[1][name].bound)
 
 
 def found(name, values, **how):
-    return judged(TESTS[name], GROUP, np.asarray(values, dtype=float), from_urdf=False, **how)
+    group, tests = general()
+    return judged(tests[name], group, np.asarray(values, dtype=float), from_urdf=False, **how)
 
 
 @pytest.mark.parametrize("name", ["mass_matrix", "forward_dynamics", "kinetic_energy"])

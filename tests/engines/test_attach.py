@@ -14,8 +14,6 @@ from twolink.engines.messages import Model, Start
 from twolink.engines.process import ProcessTransport
 from twolink.errors import EngineError
 
-PLAIN = suite("import")[0]
-
 
 def test_an_engine_is_found_by_its_path():
     assert isinstance(python_engine("tests.conformance.arm:Arm"), Arm)
@@ -58,7 +56,8 @@ def test_pinocchio_is_registered(in_process):
     assert isinstance(transport, InProcess if in_process else ProcessTransport)
     try:
         assert transport.ask(Start(), 60.0).engine.name == "Pinocchio"
-        assert transport.ask(PLAIN.request(("urdf",)), 60.0).understood.mass == (1.0, 1.0)
+        plain = suite("import")[0]
+        assert transport.ask(plain.request(("urdf",)), 60.0).understood.mass == (1.0, 1.0)
         assert "XML" in transport.ask(Model(id="none", urdf="<robot>"), 60.0).refused
     finally:
         transport.close()
