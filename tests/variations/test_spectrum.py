@@ -10,6 +10,7 @@ from tests.ensembles.cases import UNCOUPLED
 from tests.simulation.smooth.test_taylor import ENDING
 from twolink import kane
 from twolink.chain import Chain
+from twolink.compilation import Compiled
 from twolink.effects import Gravity, JointDamping, smooth_loads
 from twolink.errors import IntegrationError, ParameterError, SimulationError, TooMuchError
 from twolink.limits import Limits
@@ -111,7 +112,6 @@ def test_what_has_no_exponents_is_refused(scene, seconds, options, error, senten
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_a_motion_that_ends_is_an_error_with_the_time_reached():
     with pytest.raises(
         IntegrationError, match=r"could not be integrated beyond 0\.19\d+ s \(the st"
@@ -137,10 +137,16 @@ def separation_rate(scene, seconds, apart=1e-8, every=0.5):
     """
     from scipy.integrate import solve_ivp
 
+    def formula(q, u, time):
+        loads = smooth_loads(scene.effects, scene.chain, q, u, time[0])
+        return u, kane.forward_dynamics(scene.chain, q, u, loads)
+
+    compiled = Compiled(formula)
+
     def rates(t, x):
-        q, u = tuple(x[:2]), tuple(x[2:])
-        loads = smooth_loads(scene.effects, scene.chain, q, u, t)
-        return [*u, *kane.forward_dynamics(scene.chain, q, u, loads)]
+        q1, q2, u1, u2 = x.tolist()
+        velocities, accelerations = compiled((q1, q2), (u1, u2), (t, 0.0))
+        return [*velocities, *accelerations]
 
     def follow(x):
         return solve_ivp(rates, (0.0, every), x, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
