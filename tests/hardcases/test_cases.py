@@ -20,6 +20,7 @@ LONG = {
     "stiff-spring-1e10",
     "soft-torque",
     "bounces-1e4",
+    "zeno-slow",
     "compliant-1e12",
     "urdf-deep",
     "urdf-100-mb",
