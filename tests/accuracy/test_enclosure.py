@@ -208,6 +208,14 @@ def test_a_chain_that_has_turned_often_has_an_enclosure(turned):
     assert enclosure(scene, 10).contains(0, reference(scene, 40).states[0])
 
 
+@pytest.mark.slow
+def test_a_digit_is_proven_where_ten_are():
+    """Errors leave the tube with few digits, and large angles take digits of the motion."""
+    scene = replace(GENERAL, q=(10000.5, 9999.75), duration=1.0)
+    verified = reference(scene, 40).states[0]
+    assert all(enclosure(scene, digits).contains(0, verified) for digits in (1, 10))
+
+
 @dataclass(frozen=True)
 class Driven(Effect):
     """A torque of every function, with the time and the state in one product."""

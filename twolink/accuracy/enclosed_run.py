@@ -29,7 +29,7 @@ from twolink.optional import flint
 from twolink.scene import Scene
 
 # Largest width for which a bound is proven (rad, rad/s).
-_TUBE = 2.0**-24
+TUBE = 2.0**-24
 
 # The step after an impact is at most as long as the last flight, times this.
 _LONGER = 4
@@ -108,7 +108,7 @@ class _Course:
 
     def advanced(self, now: _Now, target: float) -> tuple[_Now, bool]:
         """Return the end of the next step towards a time (s), and whether it is that time."""
-        library, tube = self.flint, self.flint.arb(_TUBE)
+        library, tube = self.flint, self.flint.arb(TUBE)
         longest = self.motion.longest_step
         if now.rebounds and now.flight < math.inf:
             longest = min(longest, self.motion.number(_LONGER * now.flight))
@@ -150,7 +150,7 @@ class _Course:
         for bound in bounds:
             crossing = bound.first_crossing(until, step.bits)
             if crossing is not None:
-                found = bracket(step, bound, crossing, before, self.flint.arb(_TUBE))
+                found = bracket(step, bound, crossing, before, self.flint.arb(TUBE))
                 closing, until = (bound, found), found.end
         if closing is None:
             return None

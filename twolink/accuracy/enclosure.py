@@ -30,7 +30,14 @@ import numpy as np
 
 from twolink.accuracy.defect_bound import COARSE_BITS, jacobian
 from twolink.accuracy.enclosed_impact import EnclosedImpact
-from twolink.accuracy.enclosed_run import ONE_AT_A_TIME, Ended, ProvenRun, State, proven_run
+from twolink.accuracy.enclosed_run import (
+    ONE_AT_A_TIME,
+    TUBE,
+    Ended,
+    ProvenRun,
+    State,
+    proven_run,
+)
 from twolink.accuracy.frames import Frame
 from twolink.accuracy.interval import as_exact
 from twolink.accuracy.reference import asked_times, exact_inputs
@@ -52,6 +59,9 @@ _MORE_LOST = 1.2
 
 # Digits beyond the requested and the lost ones, at first.
 _GUARD = 8
+
+# Digits without which errors leave the tube, however few are asked for.
+_OF_THE_TUBE = math.ceil(-math.log10(TUBE))
 
 # Number of proofs with more and more digits: impacts lose digits that no estimate knows.
 _MOST_TRIES, _MOST_TRIES_WITH_IMPACTS = 3, 6
@@ -180,7 +190,10 @@ def _proven(
     limits: Limits,
 ) -> Enclosure:
     """Return the first proof to a number of digits, or that with the most digits in each step."""
-    own = digits + math.ceil(_MORE_LOST * loss) + _GUARD
+    least = max(digits, _OF_THE_TUBE)
+    # Digits after the decimal point are asked for, and the motion has those of its largest number.
+    of_size = math.ceil(math.log10(max(1.0, *map(abs, (*scene.q, *scene.u)))))
+    own = least + of_size + math.ceil(_MORE_LOST * loss) + _GUARD
     for _ in range(_MOST_TRIES_WITH_IMPACTS if has_modes(scene) else _MOST_TRIES):
         run = _in_a_thread(scene, asked, own, digits, report, limits)
         reached = asked[: len(run.states)]
@@ -189,7 +202,7 @@ def _proven(
         )
         undecided = run.ended is not None and run.ended.undecided
         if undecided:
-            own += digits + math.ceil(loss / 4) + len(run.impacts) // 4
+            own += least + math.ceil(loss / 4) + len(run.impacts) // 4
         elif found.radius <= 10.0**-digits:
             break
         else:
