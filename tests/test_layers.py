@@ -130,7 +130,8 @@ ROWS = {
         "measure",
     ],
     "twolink.simulation.hybrid": [
-        "block jet mode pace stepper tolerances",
+        "block jet mode pace tolerances",
+        "stepper",
         "bernstein compliant_state configurations constraint kind",
         "polishing pose scales state",
         "roots",
