@@ -130,8 +130,7 @@ ROWS = {
         "measure",
     ],
     "twolink.simulation.hybrid": [
-        "block jet mode pace tolerances",
-        "stepper",
+        "block jet mode pace stepper tolerances",
         "bernstein compliant_state configurations constraint kind",
         "polishing pose scales state",
         "roots",

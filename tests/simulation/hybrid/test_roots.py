@@ -82,6 +82,16 @@ def test_the_search_for_a_simple_root_begins_near_it(random, monkeypatch):
     assert np.median(begun) < 1e-4
 
 
+@pytest.mark.parametrize("scale", ["1e-4900", "1e4900"])
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_a_search_begins_near_the_root_beyond_the_range_of_float64(scale, degree):
+    """(0.3 − x)(1 + x)^n."""
+    factors = [[Fraction(3, 10), -1], *[[1, 1]] * (degree - 1)]
+    c = [np.longdouble(float(x)) * np.longdouble(scale) for x in expanded(*factors)]
+    near = roots._only_fall(bernstein.bernstein_of(c), 0.0)
+    assert near == pytest.approx(0.3, abs=0.05)
+
+
 @pytest.mark.parametrize("precision", ["long double", "quadruple"])
 def test_roots_are_found_in_long_numbers(precision, random):
     number = PRECISIONS[precision].number

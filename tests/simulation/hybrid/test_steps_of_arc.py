@@ -20,7 +20,6 @@ from twolink.simulation import simulate
 from twolink.simulation.hybrid.compile import Compiler
 from twolink.simulation.hybrid.course import set_up
 from twolink.simulation.hybrid.flow import flow
-from twolink.simulation.hybrid.stepper import MOST_AHEAD
 from twolink.simulation.hybrid.steps_of_arc import _longest_press, take_steps
 
 POINTS = ("B", "C1", "C2", "D")
@@ -48,13 +47,6 @@ def test_further_steps_leave_the_steps_before_as_they_are():
     take_steps(course, 3, 0.25)
     for own, before in zip(first, kept, strict=True):
         np.testing.assert_array_equal(own, before)
-
-
-def test_no_more_steps_are_taken_than_there_is_room_for():
-    system = system_of(*STOP, chain=BALANCED)
-    course = begun(system, (1.0, 0.2), until=1e3)
-    block, over, failure = take_steps(course, MOST_AHEAD + 9, 1e-3)
-    assert (len(block.lengths), over, failure) == (MOST_AHEAD, False, "")
 
 
 def test_steps_end_with_the_arc():

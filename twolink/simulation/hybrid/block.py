@@ -11,8 +11,3 @@ class Block(NamedTuple):
     starts: Any
     lengths: Any
     coefficients: Any
-
-    def copied(self, count: int) -> Block:
-        """Return a copy of the first steps."""
-        starts, lengths, coefficients = self
-        return Block(starts[:count].copy(), lengths[:count].copy(), coefficients[:count].copy())

@@ -25,7 +25,7 @@ class Course(NamedTuple):
 
 def set_up(course: Course) -> None:
     """Set the integrator of a mode to the start of an arc."""
-    system, compiled, (integrator, _, variables, _, parameters, *_), mode, state, *_ = course
+    system, compiled, (integrator, _, variables, _, parameters, _), mode, state, *_ = course
     compliant = state.compliant
     vector = [*state.q, *state.u]
     for index in compiled.gaps:

@@ -27,14 +27,13 @@ from twolink.simulation.hybrid.event_functions import locks
 from twolink.simulation.hybrid.fastest_rate import fastest_rate
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.state import HybridState
-from twolink.simulation.hybrid.stepper import MOST_AHEAD
 from twolink.simulation.hybrid.steps_of_arc import take_steps
 from twolink.simulation.hybrid.system import HybridSystem
 
 # Initial and largest number of steps between certificates, where no arc was in the same mode or it
 # was shorter. A step in a long precision costs more than its certificate.
 _AHEAD: dict[PrecisionName, tuple[int, int]] = {
-    "double": (8, MOST_AHEAD),
+    "double": (8, 32),
     "long double": (2, 16),
     "quadruple": (1, 4),
 }

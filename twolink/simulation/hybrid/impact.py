@@ -51,8 +51,7 @@ def speed_along(row: Pair, u: Pair) -> Scalar:
 
 def has_no_lever(row: Pair, lever: float) -> bool:
     """Return whether a row of a chain of length `lever` (m) is round-off of the pose."""
-    least = NO_LEVER * lever
-    return bool(abs(row[0]) <= least and abs(row[1]) <= least)
+    return bool(largest(row) <= NO_LEVER * lever)
 
 
 def at_rest(row: Pair, u: Pair, rounding: float, lever: float) -> bool:
@@ -350,9 +349,8 @@ class Impacts:
 
 def is_left_over(row: Pair, u: Pair, before: Pair, rounding: float) -> bool:
     """Return whether the speed row · u is zero within the round-off of u before the impacts."""
-    (x, y), (u1, u2) = row, before
-    size = max(abs(u1), abs(u2)) * (abs(x) + abs(y))
-    return bool(abs(x * u[0] + y * u[1]) <= LEFT_OVER * rounding * size)
+    size = max(abs(before[0]), abs(before[1])) * (abs(row[0]) + abs(row[1]))
+    return bool(abs(speed_along(row, u)) <= LEFT_OVER * rounding * size)
 
 
 def largest(row: Pair) -> Scalar:

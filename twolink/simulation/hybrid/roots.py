@@ -278,12 +278,12 @@ def _only_fall(b: Sequence[Any], clear_of: float) -> float | None:
     if max(b[before + 1 :]) > -clear_of:
         return None
     degree = len(b) - 1
-    size = float(b[before] - b[before + 1])
-    share = float(b[before]) / size
+    # As parts of the difference, which numbers beyond the range of float64 have as well.
+    size = b[before] - b[before + 1]
+    share = float(b[before] / size)
     x = (before + share) / degree
     # The polygon of the coefficients falls there. To the next order in 1/n, the polynomial differs
     # from it by the second difference (Voronovskaya's theorem).
     k = min(max(before, 1), degree - 1)
-    bend = float(b[k - 1] - 2 * b[k] + b[k + 1]) if degree > 1 else 0.0
-    rise = bend / 2 * (degree * x * (1 - x) - share * (1 - share))
-    return x + rise / (degree * size)
+    bend = float((b[k - 1] - 2 * b[k] + b[k + 1]) / size) if degree > 1 else 0.0
+    return x + bend / 2 * (degree * x * (1 - x) - share * (1 - share)) / degree

@@ -9,10 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twolink.optional import heyoka
-from twolink.simulation.hybrid.block import Block
-
-MOST_AHEAD = 32
-"""The most steps that are taken before the event functions on them are certified."""
 
 
 class Stepper(NamedTuple):
@@ -20,8 +16,6 @@ class Stepper(NamedTuple):
 
     `state`, `tc` and `pars` are its variables, their Taylor coefficients in the last step, and its
     parameters. `values` has the variables one by one, in numbers of Python where there are such.
-    `room` is for `MOST_AHEAD` steps, which are written there and copied together: that takes half
-    as long as one by one.
     """
 
     integrator: Any
@@ -30,7 +24,6 @@ class Stepper(NamedTuple):
     tc: Any
     pars: Any
     values: Any
-    room: Block
 
     @classmethod
     def of(cls, integrator: Any) -> Stepper:
@@ -41,9 +34,7 @@ class Stepper(NamedTuple):
         state = integrator.state
         # A number of Python is read and compared twice as fast as one of NumPy.
         values = state.data if state.dtype == np.float64 else state
-        starts, lengths = np.empty((2, MOST_AHEAD), tc.dtype)
-        room = Block(starts, lengths, np.empty((MOST_AHEAD, *tc.shape), tc.dtype))
-        return cls(integrator, step, state, tc, pars, values, room)
+        return cls(integrator, step, state, tc, pars, values)
 
 
 # Later (s) than the end of any step.

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from twolink.integration.outcomes import failure_of
 from twolink.optional import heyoka
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.course import Course
 from twolink.simulation.hybrid.pace import factors_of_pace, product
-from twolink.simulation.hybrid.stepper import MOST_AHEAD
 from twolink.simulation.hybrid.tolerances import SHORTEST_STEP
 
 _TOO_SHORT = "its steps become too short"
@@ -23,64 +24,60 @@ _MOST_EXPONENT = {"double": 900, "long double": 15000, "quadruple": 15000}
 def take_steps(course: Course, ahead: int, longest: Any) -> tuple[Block, bool, str]:
     """Return the next steps, whether they reach the end of the arc, and the failure if any.
 
-    They are as many as are asked for, or fewer. In time they are at most as long as the `longest`
-    (s).
+    In time they are at most as long as the `longest` (s).
     """
-    ahead = min(ahead, MOST_AHEAD)
+    taken = _Taken([], [], [])
     if course.compiled.clock is None:
-        count, over, failure = _in_time(course, ahead, longest)
+        over, failure = _in_time(course, ahead, longest, taken)
     else:
-        over = False
-        count, failure = _by_clock(course, ahead, course.compiled.clock)
-    return course.stepper.room.copied(count), over, failure
+        over, failure = False, _by_clock(course, ahead, course.compiled.clock, taken)
+    return taken.block(course.stepper.tc), over, failure
 
 
-def _in_time(course: Course, ahead: int, longest: Any) -> tuple[int, bool, str]:
-    """Take steps in time; return their number, whether they reach the end, and the failure."""
-    _, compiled, (integrator, step, variables, tc, _, values, room), _, _, until, _ = course
+def _in_time(course: Course, ahead: int, longest: Any, taken: _Taken) -> tuple[bool, str]:
+    """Take steps in time; return whether they reach the end of the arc, and the failure if any."""
+    _, compiled, (integrator, step, variables, tc, _, values), _, _, until, _ = course
     integrals, falling, complete = compiled.integrals, compiled.falling, _complete()
     watches_integrals = integrals.stop > integrals.start
-    starts, lengths, coefficients = room
-    for place in range(ahead):
+    for _ in range(ahead):
         start = integrator.time
         left = until - start
         if not left > 0:
-            return place, True, ""
+            return True, ""
         outcome, length = step(left if left < longest else longest, True)
         if outcome.value not in complete:
-            return place, False, failure_of(outcome)
-        starts[place], lengths[place], coefficients[place] = start, length, tc
+            return False, failure_of(outcome)
+        taken.add(start, length, tc)
         if watches_integrals:
             variables[integrals] = 0
         if length == left:
-            return place + 1, True, ""
+            return True, ""
         if not length > SHORTEST_STEP * start:
-            return place + 1, False, _TOO_SHORT
+            return False, _TOO_SHORT
         for variable in falling:
             if values[variable] < 0:
-                return place + 1, False, ""
-    return ahead, False, ""
+                return False, ""
+    return False, ""
 
 
-def _by_clock(course: Course, ahead: int, clock: int) -> tuple[int, str]:
-    """Take steps of s, up to one that passes the end; return their number, and the failure."""
-    _, compiled, (integrator, step, variables, tc, _, values, room), _, state, until, _ = course
+def _by_clock(course: Course, ahead: int, clock: int, taken: _Taken) -> str:
+    """Take steps of s, up to one that passes the end of the arc; return the failure if any."""
+    _, compiled, (integrator, step, variables, tc, _, values), _, state, until, _ = course
     integrals, span, complete = compiled.integrals, until - state.t, _complete()
-    starts, lengths, coefficients = room
-    for place in range(ahead):
+    for _ in range(ahead):
         start = integrator.time
         outcome, length = step(_longest_press(course, span), True)
         if outcome.value not in complete:
-            return place, failure_of(outcome)
-        starts[place], lengths[place], coefficients[place] = start, length, tc
+            return failure_of(outcome)
+        taken.add(start, length, tc)
         variables[integrals] = 0
         if values[clock] >= span:
-            return place + 1, ""
+            break
         if not length > 0:
-            return place + 1, _TOO_SHORT
+            return _TOO_SHORT
         if any(values[own] < 0 for own in compiled.falling):
-            return place + 1, ""
-    return ahead, ""
+            break
+    return ""
 
 
 def _longest_press(course: Course, span: Any) -> Any:
@@ -103,6 +100,29 @@ def _longest_press(course: Course, span: Any) -> Any:
     exponent = _MOST_EXPONENT[system.precision] / (course.stepper.integrator.order + 1)
     most = system.number(2.0 ** min(exponent, 1000.0))
     return longest if longest < most else most
+
+
+class _Taken(NamedTuple):
+    """The starts, lengths and coefficients of steps, the last in bytes.
+
+    Bytes are joined several times faster than small arrays.
+    """
+
+    starts: list[Any]
+    lengths: list[Any]
+    coefficients: list[bytes]
+
+    def add(self, start: Any, length: Any, tc: Any) -> None:
+        """Add a step of the coefficients `tc`."""
+        self.starts.append(start)
+        self.lengths.append(length)
+        self.coefficients.append(tc.tobytes())
+
+    def block(self, tc: Any) -> Block:
+        """Return the steps, whose coefficients have the shape and the type of `tc`."""
+        kind, shape = tc.dtype, (len(self.lengths), *tc.shape)
+        joined: Any = np.ndarray(shape, kind, b"".join(self.coefficients))
+        return Block(np.array(self.starts, kind), np.array(self.lengths, kind), joined)
 
 
 @functools.cache
