@@ -35,6 +35,16 @@ def test_the_verdict_counts_failed_and_skipped_tests():
     assert report(SKIPPED).sentence == "mine was not compared: it skips all tests."
 
 
+def test_an_engine_that_answers_no_question_was_not_compared():
+    """It has read a model, and skips all questions on it."""
+    read = result("read", Mark.PASS)
+    assert not report(read, SKIPPED).agrees
+    sentence = "mine was not compared: it skips all tests beside reading 1 model."
+    assert report(read, SKIPPED).sentence == sentence
+    refused = replace(read, mark=Mark.REFUSED)
+    assert report(refused, SKIPPED).sentence == "mine disagrees in 1 of 1 tests."
+
+
 def test_an_expected_failure_is_no_failure():
     known = replace(WRONG, expected="known since 1.0")
     assert report(PASSED, known).agrees

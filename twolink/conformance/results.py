@@ -98,16 +98,23 @@ class Report:
         return tuple(result for result in self.results if not result.passed)
 
     @property
+    def is_mute(self) -> bool:
+        """Whether the engine skips all questions and motions, and at most reads models."""
+        asked = [result.mark for result in self.results if result.quantity != READ]
+        return bool(asked) and set(asked) == {Mark.CANNOT}
+
+    @property
     def agrees(self) -> bool:
         """Whether something was compared, and all of it agrees."""
-        return bool(self.compared) and not self.failed
+        return bool(self.compared) and not self.failed and not self.is_mute
 
     @property
     def sentence(self) -> str:
         """The verdict in one sentence."""
         count = len(self.compared)
-        if not count:
-            return f"{self.engine.name} was not compared: it skips all tests."
+        if not count or (self.is_mute and not self.failed):
+            read = f" beside reading {count} model{'' if count == 1 else 's'}" if count else ""
+            return f"{self.engine.name} was not compared: it skips all tests{read}."
         if not self.failed:
             known = sum(bool(result.expected) for result in self.compared)
             but = f" but {known} known failure{'' if known == 1 else 's'}" if known else ""
