@@ -98,8 +98,8 @@ def conform(
     """Check a dynamics engine, and name its mistakes.
 
     It is asked for quantities and motions of two-link chains, and its answers are compared with
-    certified ones; see docs/check_your_engine.md. Exit code 0: all agree. 1: some do not. 2: the
-    input was refused.
+    certified ones; see docs/check_your_engine.md. Exit code 0: all agree. 1: some do not, or
+    none is compared. 2: the input was refused.
     """
     _check_limits(seconds, memory)
     _check_targets(engine, expect, json_file, junit_file, plot)
