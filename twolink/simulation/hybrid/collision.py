@@ -225,7 +225,7 @@ def place(
 
 
 def _moved(system: HybridSystem, state: HybridState, pose: Pose, q: Pair) -> HybridState:
-    """Return the state at q (rad), little beside its pose, with the gaps and depths there.
+    """Return the state that is moved to angles q (rad) nearby, with its gaps and depths there.
 
     Those within the round-off of a place, or of the change, are more accurate than q, and stay.
     """
