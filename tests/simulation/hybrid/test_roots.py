@@ -83,13 +83,15 @@ def test_the_search_for_a_simple_root_begins_near_it(random, monkeypatch):
 
 
 @pytest.mark.parametrize("scale", ["1e-4900", "1e4900"])
-@pytest.mark.parametrize("degree", [1, 2, 3])
-def test_a_search_begins_near_the_root_beyond_the_range_of_float64(scale, degree):
-    """(0.3 − x)(1 + x)^n."""
-    factors = [[Fraction(3, 10), -1], *[[1, 1]] * (degree - 1)]
-    c = [np.longdouble(float(x)) * np.longdouble(scale) for x in expanded(*factors)]
+@pytest.mark.parametrize("degree", [1, 2, 21])
+def test_a_search_begins_alike_beyond_the_range_of_float64(scale, degree):
+    """For (0.3 − x)(1 + x/2)^(n − 1): as in float64."""
+    factors = [[Fraction(3, 10), -1], *[[1, Fraction(1, 2)]] * (degree - 1)]
+    c = as_floats(expanded(*factors))
     near = roots._only_fall(bernstein.bernstein_of(c), 0.0)
-    assert near == pytest.approx(0.3, abs=0.05)
+    scaled = [np.longdouble(x) * np.longdouble(scale) for x in c]
+    found = roots._only_fall(bernstein.bernstein_of(scaled), 0.0)
+    assert found == pytest.approx(near, rel=1e-12)
 
 
 @pytest.mark.parametrize("precision", ["long double", "quadruple"])
