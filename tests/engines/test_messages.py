@@ -75,12 +75,20 @@ def test_every_message_has_a_schema():
             Loaded(understood=Understood(mass=(1.0, 2.0), limits=(None, (-1.0, 1.0)))),
         ),
         ("ask", '{"seq": 1, "values": [1]}', Values(seq=1, values=[1])),
+        ("ask", '{"seq": 1.0, "values": [1]}', Values(seq=1, values=[1])),
         ("ask", '{"seq": 1, "skipped": true}', Skipped(seq=1)),
         ("move", '{"seq": 2, "errored": true, "message": "x"}', Errored(seq=2, message="x")),
     ],
 )
 def test_answers(cmd, line, expected):
     assert answer_of(cmd, line) == expected
+
+
+def test_names_are_on_one_line():
+    line = '{"version": 1.0, "engine": {"name": "a\\nb", "version": "1\\t2", "reads": ["urdf"]}}'
+    found = answer_of("start", line)
+    assert found.version == 1
+    assert (found.engine.name, found.engine.version) == ("a\\nb", "1\\t2")
 
 
 @pytest.mark.parametrize("number", ["1e400", "1" + "0" * 400, "1" + "0" * 5000])
@@ -99,6 +107,7 @@ def test_numbers_beyond_float64_are_infinite(number):
         ("ask", "[" * 100_000, "one JSON object"),
         ("ask", '{"seq": 1, "values": [Infinity]}', "got Infinity"),
         ("ask", '{"seq": "1", "values": []}', "seq: input should be a valid integer; got '1'"),
+        ("ask", '{"seq": 1.5, "values": []}', "seq: input should be a valid integer; got 1.5"),
         ("ask", '{"values": []}', "seq: field required"),
         ("ask", '{"seq": 1, "values": [], "more": 1}', "more: extra inputs"),
         ("model", '{"ok": false}', "ok: input should be True"),

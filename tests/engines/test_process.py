@@ -200,10 +200,10 @@ def test_a_large_answer_is_read_whole():
     code = (
         "import sys\n"
         "sys.stdin.readline()\n"
-        'print(\'{"version": 1, "engine": {"name": "\' + "x" * 5000000 + \'", "version": "1", '
-        '"reads": ["urdf"]}}\')'
+        'print(\'{"version": 1, "engine": {"name": "x", "version": "1", "reads": ["urdf"], '
+        '"answers": ["\' + "x" * 5000000 + \'"]}}\')'
     )
     with program(code) as transport:
         answer = transport.ask(Start(), LIMIT)
     assert isinstance(answer, Started)
-    assert len(answer.engine.name) == 5_000_000
+    assert [len(name) for name in answer.engine.answers] == [5_000_000]

@@ -83,11 +83,15 @@ def test_an_encoder_that_fails_is_an_error(tmp_path):
         pictures.write(b"no picture" * 100)
 
 
-@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
+@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0, 100.0])
 def test_a_gif_counts_in_hundredths(fps):
     with pytest.raises(PictureError, match="hundredths of a second"):
         check_film(".gif", 640, 480, fps)
-    check_film(".gif", 641, 480, 25.0)
+
+
+@pytest.mark.parametrize("fps", [50.0, 25.0, 12.5, 0.5])
+def test_a_gif_has_frames_of_two_or_more_hundredths(fps):
+    check_film(".gif", 641, 480, fps)
 
 
 @pytest.mark.parametrize("suffix", [".mp4", ".webm"])

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from twolink.errors import EngineError
 from twolink.text import one_line, quoted
@@ -46,6 +46,16 @@ Number = Annotated[
         json_schema_input_type=float | Literal["nan", "inf", "-inf"],
     ),
 ]
+
+
+def _counted(value: Any) -> Any:
+    # JSON has one kind of numbers: 7.0 is a whole number, and some languages write it so.
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+Whole = Annotated[int, BeforeValidator(_counted, json_schema_input_type=int)]
+# Text that is printed in sentences and tables.
+Line = Annotated[str, AfterValidator(one_line)]
 Pair = tuple[Number, Number]
 Row = tuple[Number, ...]
 
@@ -182,7 +192,7 @@ class Stop(Message):
 class Method(Message):
     """An integration method: its order, and the parameter that makes it finer."""
 
-    name: str
+    name: Line
     order: Number | None = None
     parameter: Literal["step", "tolerance"] = "step"
 
@@ -194,10 +204,10 @@ class About(Message):
     the effects that its dynamics include beside rigid bodies and gravity.
     """
 
-    name: str = Field(min_length=1)
-    version: str
-    language: str = ""
-    issues: str = ""
+    name: Line = Field(min_length=1)
+    version: Line
+    language: Line = ""
+    issues: Line = ""
     precision: Precision = "binary64"
     reads: tuple[Reads, ...] = Field(min_length=1)
     answers: tuple[str, ...] = ()
@@ -208,7 +218,7 @@ class About(Message):
 class Started(Message):
     """The answer to `start`."""
 
-    version: int
+    version: Whole
     engine: About
 
 
@@ -245,7 +255,7 @@ class Refused(Message):
 class Values(Message):
     """The answer to `ask`: an entry for each state."""
 
-    seq: int
+    seq: Whole
     values: list[Any]
     warnings: tuple[str, ...] = ()
 
@@ -253,7 +263,7 @@ class Values(Message):
 class Skipped(Message):
     """The answer to `ask` or `move` of an engine that cannot, and why."""
 
-    seq: int
+    seq: Whole
     skipped: Literal[True] = True
     message: str = ""
     issue_url: str = ""
@@ -262,7 +272,7 @@ class Skipped(Message):
 class Errored(Message):
     """The answer to `ask` or `move` of an engine that failed, and how."""
 
-    seq: int
+    seq: Whole
     errored: Literal[True] = True
     message: str = ""
     context: dict[str, Any] = Field(default_factory=dict)
@@ -279,7 +289,7 @@ class Event(Message):
 class Moved(Message):
     """The answer to `move`: angles (rad) and speeds (rad/s) at each of the times, and the cost."""
 
-    seq: int
+    seq: Whole
     angles: tuple[Pair, ...]
     speeds: tuple[Pair, ...]
     events: tuple[Event, ...] = ()

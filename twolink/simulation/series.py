@@ -12,9 +12,9 @@ def powers(lengths: Any, count: int) -> Any:
 
     Products take a third of the time of NumPy's powers.
     """
-    factors = lengths[:, None].repeat(count, axis=1)
+    factors = lengths[:, None].repeat(count, 1)
     factors[:, 0] = 1
-    return np.multiply.accumulate(factors, axis=1, out=factors)
+    return np.multiply.accumulate(factors, 1, None, factors)
 
 
 def powers_of(length: Any, count: int) -> Any:

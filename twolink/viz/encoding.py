@@ -55,10 +55,11 @@ def check_film(suffix: str, width: int, height: int, fps: float) -> None:
         raise PictureError(
             f"the size must be even numbers of pixels for a {suffix} file; got {width}x{height}"
         )
-    if suffix == ".gif" and (100 / fps) % 1:
+    # Viewers show frames of one hundredth of a second for ten.
+    if suffix == ".gif" and (fps > 50 or (100 / fps) % 1):
         raise PictureError(
-            f"fps must be 50, 25, 20, 10, 5, 4, 2 or 1 for a .gif file, which counts time in "
-            f"hundredths of a second; got {fps:g}"
+            f"fps must be 50 or 100/n for a larger n, as 25 or 20, for a .gif file, which counts "
+            f"time in hundredths of a second; got {fps:g}"
         )
 
 

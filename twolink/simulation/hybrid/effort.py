@@ -33,11 +33,11 @@ _OF_A_COMPILATION, _OF_AN_OPTIMISATION = 300, 1000
 _SHORT, _LONG = 3.0, 6.0
 
 # The most work of a run in long doubles, and of those of a low order before it that were in vain,
-# for a short and a long motion. A short one has some 9000 bounces of two steps, or half as many
-# modes with more contacts; with the run that it measures, these take up to 10 s. Short motions with
+# for a short and a long motion. A short one has some 5500 bounces of two steps, or half as many
+# modes with more contacts; with the run that it measures, these take 6 to 10 s. Short motions with
 # more bounces do not end in most cases: they accumulate while a load presses on. A long motion has
 # 16,000 modes with any number of steps.
-_MOST_WORK_OF_A_JUDGE = 57_000, 190_000
+_MOST_WORK_OF_A_JUDGE = 35_000, 190_000
 
 # The part of it that a run in double precision may take: the one that measures it in long doubles
 # goes slightly beyond its end.

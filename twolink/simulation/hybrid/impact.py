@@ -51,7 +51,8 @@ def speed_along(row: Pair, u: Pair) -> Scalar:
 
 def has_no_lever(row: Pair, lever: float) -> bool:
     """Return whether a row of a chain of length `lever` (m) is round-off of the pose."""
-    return bool(largest(row) <= NO_LEVER * lever)
+    least = NO_LEVER * lever
+    return bool(abs(row[0]) <= least and abs(row[1]) <= least)
 
 
 def at_rest(row: Pair, u: Pair, rounding: float, lever: float) -> bool:
@@ -85,9 +86,9 @@ def approach(row: Pair, u: Pair, rounding: float, lever: float) -> Scalar:
     """
     first, second = row[0] * u[0], row[1] * u[1]
     speed = first + second
-    if speed < 0 and -speed > AT_REST * rounding * (abs(first) + abs(second)):
-        return 0 if has_no_lever(row, lever) else speed
-    return 0
+    if not speed < 0 or -speed <= AT_REST * rounding * (abs(first) + abs(second)):
+        return 0
+    return 0 if has_no_lever(row, lever) else speed
 
 
 def placed(

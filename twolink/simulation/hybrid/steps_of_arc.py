@@ -38,6 +38,7 @@ def _in_time(course: Course, ahead: int, longest: Any, taken: _Taken) -> tuple[b
     """Take steps in time; return whether they reach the end of the arc, and the failure if any."""
     _, compiled, (integrator, step, variables, tc, _, values), _, _, until, _ = course
     integrals, falling, complete = compiled.integrals, compiled.falling, _complete()
+    starts, lengths, coefficients = taken
     watches_integrals = integrals.stop > integrals.start
     for _ in range(ahead):
         start = integrator.time
@@ -47,7 +48,9 @@ def _in_time(course: Course, ahead: int, longest: Any, taken: _Taken) -> tuple[b
         outcome, length = step(left if left < longest else longest, True)
         if outcome.value not in complete:
             return False, failure_of(outcome)
-        taken.add(start, length, tc)
+        starts.append(start)
+        lengths.append(length)
+        coefficients.append(tc.tobytes())
         if watches_integrals:
             variables[integrals] = 0
         if length == left:
@@ -64,12 +67,15 @@ def _by_clock(course: Course, ahead: int, clock: int, taken: _Taken) -> str:
     """Take steps of s, up to one that passes the end of the arc; return the failure if any."""
     _, compiled, (integrator, step, variables, tc, _, values), _, state, until, _ = course
     integrals, span, complete = compiled.integrals, until - state.t, _complete()
+    starts, lengths, coefficients = taken
     for _ in range(ahead):
         start = integrator.time
         outcome, length = step(_longest_press(course, span), True)
         if outcome.value not in complete:
             return failure_of(outcome)
-        taken.add(start, length, tc)
+        starts.append(start)
+        lengths.append(length)
+        coefficients.append(tc.tobytes())
         variables[integrals] = 0
         if values[clock] >= span:
             break
@@ -112,17 +118,12 @@ class _Taken(NamedTuple):
     lengths: list[Any]
     coefficients: list[bytes]
 
-    def add(self, start: Any, length: Any, tc: Any) -> None:
-        """Add a step of the coefficients `tc`."""
-        self.starts.append(start)
-        self.lengths.append(length)
-        self.coefficients.append(tc.tobytes())
-
     def block(self, tc: Any) -> Block:
         """Return the steps, whose coefficients have the shape and the type of `tc`."""
-        kind, shape = tc.dtype, (len(self.lengths), *tc.shape)
-        joined: Any = np.ndarray(shape, kind, b"".join(self.coefficients))
-        return Block(np.array(self.starts, kind), np.array(self.lengths, kind), joined)
+        starts, lengths, coefficients = self
+        kind, shape = tc.dtype, (len(lengths), *tc.shape)
+        joined: Any = np.ndarray(shape, kind, b"".join(coefficients))
+        return Block(np.array(starts, kind), np.array(lengths, kind), joined)
 
 
 @functools.cache

@@ -100,14 +100,15 @@ def left_out(
     crowd = _crowd(system, state, past, recent)
     if crowd:
         _check_energy(system, state, pose, crowd)
-    # They need not bounce: a contact that stops another one may open by this, again and again.
-    if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
-        return _after_burst(system, state, pose, crowd)
+        # They need not bounce: a contact that stops another one may open by this, again and again.
+        if len(crowd) > tolerances.MOST_IMPACTS_OF_A_BURST:
+            return _after_burst(system, state, pose, crowd)
     flying = [strike.number for strike in struck if strike.number not in state.touching]
     if not flying:
         return None
-    # A contact with a very recent impact comes to rest with the others.
-    flying += [strike.number for strike in crowd]
+    if crowd:
+        # A contact with a very recent impact comes to rest with the others.
+        flying += [strike.number for strike in crowd]
     now = float(state.t)
     latest = max([past.last.get(index, now) for index in flying])
     if not past.tired and now - latest > tolerances.LONG_FLIGHT * system.scales.zeno_time:
