@@ -62,6 +62,14 @@ def test_a_motion_keeps_its_settings_and_errors():
     assert curve.verdict.limit is Limit.TRUTH
 
 
+@pytest.mark.slow
+def test_a_method_of_first_order_has_more_steps_where_six_do_not_show_where_it_goes():
+    found = results(Mover, "motion/modelica-double-pendulum")["motion: euler"]
+    assert found.mark is Mark.PASS
+    assert len(found.curve.settings) == 7
+    assert found.said.startswith("converges to the truth, order 0.9")
+
+
 @pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", ["motion/general", "motion/modelica-double-pendulum"])
 def test_the_references_are_right(name):

@@ -20,7 +20,8 @@ from twolink.errors import EngineError
 
 Array = NDArray[np.float64]
 
-# The coarsest step (s) or tolerance, the divisor, and how many settings; with events more steps.
+# The coarsest step (s) or tolerance, the divisor, and how many settings. With events there are more
+# steps, and with a method of first order where these do not show where it goes.
 _SETTINGS = {"step": (0.01, 2.0, 6), "tolerance": (1e-3, 100.0, 5)}
 _MORE_STEPS = 3
 
@@ -103,12 +104,12 @@ def _curve(motion: Motion, method: Method, engine: RemoteEngine) -> tuple[Curve,
     truth, epsilon = np.array(motion.values, dtype=float), EPSILONS[engine.precision]
     value, ratio, count = _SETTINGS[method.parameter]
     even = _is_even(motion, method)
-    if method.parameter == "step" and not even:
-        count += _MORE_STEPS
+    is_slow = even and method.order is not None and method.order <= 1
+    most = count + _MORE_STEPS if is_slow or (method.parameter == "step" and not even) else count
     motions: list[Array] = []
     settings: list[float] = []
     warnings: dict[str, None] = {}
-    for _ in range(count):
+    for number in range(1, most + 1):
         rows, said = _moved(motion, method, value, engine)
         motions.append(rows)
         settings.append(value)
@@ -116,7 +117,8 @@ def _curve(motion: Motion, method: Method, engine: RemoteEngine) -> tuple[Curve,
         value /= ratio
         if len(motions) > 2:
             found = convergence(motions, truth, epsilon, ratio, even=even)
-            if found.limit is Limit.TRUTH and found.error <= np.sqrt(epsilon):
+            is_enough = is_slow and number >= count
+            if found.limit is Limit.TRUTH and (is_enough or found.error <= np.sqrt(epsilon)):
                 break
     return Curve(method.parameter, tuple(settings), found), tuple(warnings)
 
