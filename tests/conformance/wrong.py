@@ -66,13 +66,33 @@ class NoDamping(Arm):
         return self.friction * np.sign(v)
 
 
+@wrong("damping-sign")
+class DrivingDamping(Arm):
+    def resistance(self, v):
+        return super().resistance(v) - 2 * self.damping * v
+
+
 @wrong("friction-dropped")
 class NoFriction(Arm):
     def resistance(self, v):
         return self.damping * v
 
 
+@wrong("friction-sign")
+class DrivingFriction(Arm):
+    def resistance(self, v):
+        return super().resistance(v) - 2 * self.friction * np.sign(v)
+
+
 # Files
+
+
+@wrong("links-exchanged")
+class ExchangedLinks(Arm):
+    def load(self, model):
+        super().load(model)
+        self.m, self.c, self.I = self.m[::-1], self.c[::-1], self.I[::-1]
+        return self.understood()
 
 
 @wrong("mass-dropped")

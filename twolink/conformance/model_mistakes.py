@@ -254,8 +254,22 @@ def _no_damping(model: SpatialModel) -> Models:
     yield replace(model, damping=(0.0, 0.0))
 
 
+def _driving_damping(model: SpatialModel) -> Models:
+    first, second = model.damping
+    yield replace(model, damping=(-first, -second))
+
+
 def _no_friction(model: SpatialModel) -> Models:
     yield replace(model, friction=(0.0, 0.0))
+
+
+def _driving_friction(model: SpatialModel) -> Models:
+    first, second = model.friction
+    yield replace(model, friction=(-first, -second))
+
+
+def _exchanged_links(model: SpatialModel) -> Models:
+    yield with_bodies(model, lambda body: replace(body, link=3 - body.link))
 
 
 _IN_SPACE = ("position", "velocity", "acceleration", "jacobian")
@@ -269,7 +283,12 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
         "armature-ignored", "the armature of the joints is missing in the inertia", _no_armature
     ),
     of_models("damping-dropped", "the damping of the joints does not act", _no_damping),
+    of_models("damping-sign", "the damping of the joints drives them", _driving_damping),
     of_models("friction-dropped", "the dry friction of the joints does not act", _no_friction),
+    of_models("friction-sign", "the dry friction of the joints drives them", _driving_friction),
+    of_models(
+        "links-exchanged", "the masses and inertias of the links are exchanged", _exchanged_links
+    ),
     of_models("mass-dropped", "the mass of a link is left out", _no_mass),
     of_models("fixed-link-dropped", "a link that is fixed to another one is left out", _dropped),
     of_models(
