@@ -163,7 +163,7 @@ class Certificate:
         self, block: Block, suspects: Sequence[_Suspect], doubts: list[Doubt]
     ) -> Finding | None:
         """Return the first event among the event functions that are not certified."""
-        for on_step in _by_step(suspects):
+        for on_step in (suspects,) if len(suspects) == 1 else _by_step(suspects):
             for suspect in on_step:
                 if suspect.polynomial[0] < 0:
                     # The event function falls at the start of the step.
@@ -214,16 +214,15 @@ class Certificate:
         doubts += [doubt for touch, doubt in touches if touch <= until]
         if earliest is None or first is None:
             return earliest
-        return self._with_spread(block, earliest, first)
+        # The spread of an event in double precision is measured by a longer one.
+        exact = self._system.precision == "double"
+        return earliest if exact else self._with_spread(block, earliest, first)
 
     def _with_spread(self, block: Block, found: Finding, suspect: _Suspect) -> Finding:
         """Return an event with the time by which round-off may move it.
 
-        That of an event in double precision is measured by a longer one, and so is that of an event
-        in long doubles, unless it is very flat.
+        That of an event in long doubles is measured by a longer run, unless it is very flat.
         """
-        if self._system.precision == "double":
-            return found
         power = 1 / 2 if self._system.precision == "quadruple" else 1 / 3
         steep = self._system.rounding**power
         share = spread_of_fall(suspect.polynomial, found.x, suspect.bound, steep)
@@ -298,8 +297,6 @@ def _end_by_clock(
 
 def _by_step(suspects: Sequence[_Suspect]) -> Sequence[Sequence[_Suspect]]:
     """Return the event functions of each step together, in the order of the steps."""
-    if len(suspects) < 2:
-        return [suspects]
     return [tuple(group) for _, group in itertools.groupby(suspects, _STEP)]
 
 

@@ -35,6 +35,12 @@ from twolink.simulation.hybrid.system import HybridSystem
 
 States = tuple[ContactState, ...]
 
+# A start is given in float64, and lies beside its contacts by roundings of a place, which the
+# stabilisation of held points removes at this speed (m/s) in any precision.
+_OF_ROUNDED_START = (
+    tolerances.CONTACT_GAP * PRECISIONS["double"].rounding * tolerances.BAUMGARTE_RATE
+)
+
 
 class Zero(NamedTuple):
     """A value that is zero within its round-off of this `size`, with its derivatives.
@@ -275,10 +281,5 @@ def _conditions(
 
 
 def is_at_rest(state: HybridState) -> bool:
-    """Return whether a chain is at rest, but for the speed at which roundings of a start vanish.
-
-    A start is given in float64, and lies beside its contacts by roundings of a place, which the
-    stabilisation of held points removes in any precision.
-    """
-    beside = tolerances.CONTACT_GAP * PRECISIONS["double"].rounding
-    return size_of(state.u) <= beside * tolerances.BAUMGARTE_RATE
+    """Return whether a chain is at rest, but for the speed at which roundings of a start vanish."""
+    return size_of(state.u) <= _OF_ROUNDED_START

@@ -25,6 +25,8 @@ def of_zeroed_speeds(
     system: HybridSystem, state: HybridState, after: HybridState, trigger: Trigger
 ) -> tuple[Doubt, ...]:
     """Return the doubt on speeds that a reaction has set to zero, if they exceed round-off."""
+    if after.u is state.u:
+        return ()
     change = float(largest((after.u[0] - state.u[0], after.u[1] - state.u[1])))
     if change * system.longest_step <= UNDECIDED * system.scales.resolution:
         return ()

@@ -149,7 +149,9 @@ def settle(
             so_far = so_far.ended_by(ended, tuple(ended.strikes))
         else:
             mode = system.mode(selection.states, _dents(state))
-            rest = _left_out(system, state, pose, mode, past, so_far)
+            rest = None
+            if so_far.struck:
+                rest = left_out(system, state, pose, mode, so_far.struck, past, so_far.strikes)
             if rest is None:
                 _check_held(system, state, pose, mode)
                 notes = so_far.notes
@@ -208,15 +210,6 @@ def _selected(
         return selection
     at_rest = select(system, state._replace(sliding=sliding), pose, {})
     return at_rest if at_rest is not None and at_rest.confirmed else selection or at_rest
-
-
-def _left_out(
-    system: HybridSystem, state: HybridState, pose: Pose, mode: Mode, past: Past, so_far: _SoFar
-) -> LeftOut | None:
-    """Return the state in which contacts rest that were struck and bounce no more, or None."""
-    if not so_far.struck:
-        return None
-    return left_out(system, state, pose, mode, so_far.struck, past, so_far.strikes)
 
 
 def _without_mode(
