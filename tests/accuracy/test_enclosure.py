@@ -18,6 +18,7 @@ from tests.accuracy.test_study import END
 from twolink import lagrange
 from twolink.accuracy import enclosed_run as module
 from twolink.accuracy.defect_bound import COARSE_BITS, Step
+from twolink.accuracy.enclosed_run import Ended, ProvenRun
 from twolink.accuracy.enclosure import Enclosure, enclosure
 from twolink.accuracy.frames import Frame
 from twolink.accuracy.interval import Interval
@@ -513,3 +514,19 @@ def test_a_chain_of_long_doubles_has_the_enclosure_of_their_fractions():
         for m in (mass, Fraction(*mass.as_integer_ratio()))
     ]
     assert found[0] == found[1]
+
+
+def test_a_proof_that_ended_early_is_repeated_with_the_digits_of_the_time_left(monkeypatch):
+    """Digits are lost at a constant rate; at most twice as many as before are expected."""
+    tried = []
+
+    def proven(scene, asked, own, radius, report):
+        tried.append(own)
+        ended = Ended(1e-3 if len(tried) == 1 else 0.5, "too wide", True)
+        return ProvenRun((), (), ended, bits=100, order=35, steps=9)
+
+    monkeypatch.setattr("twolink.accuracy.enclosure.proven_run", proven)
+    with pytest.raises(SimulationError, match="100 bits in each step do not suffice"):
+        enclosure(SHORT, 20, [0.0, 1.0])
+    first, second, third = (own - 20 for own in tried)
+    assert (second, third) == (3 * first, 2 * second)

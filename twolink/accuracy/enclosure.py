@@ -202,12 +202,25 @@ def _proven(
         )
         undecided = run.ended is not None and run.ended.undecided
         if undecided:
-            own += least + math.ceil(loss / 4) + len(run.impacts) // 4
+            more = least + math.ceil(loss / 4) + len(run.impacts) // 4
+            left = 0 if has_modes(scene) else _lost_beyond(run, own - least, asked[-1])
+            own += max(more, left)
         elif found.radius <= 10.0**-digits:
             break
         else:
             own += math.ceil(math.log10(found.radius) + digits) + _GUARD
     return found
+
+
+def _lost_beyond(run: ProvenRun, lost: int, until: float) -> int:
+    """Return the digits that a proof of a smooth motion loses from its end until a time (s).
+
+    It lost a number of digits until it ended, and loses as many in each second. At most twice as
+    many are expected, as a proof with so many more takes several times as long.
+    """
+    if run.ended is None or not run.ended.time > 0:
+        return 0
+    return math.ceil(lost * min(until / run.ended.time - 1, 2.0))
 
 
 def check_enclosed(scene: Scene) -> None:
