@@ -216,6 +216,24 @@ def test_a_double_root_differs_from_two_roots_and_from_none_outside_the_bound():
         assert fall(lifted) == expected
 
 
+@pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
+def test_a_descent_to_zero_at_the_end_of_the_step_takes_no_halvings(precision, monkeypatch):
+    """(1 − x)(1 + x/3): the touch is where it falls to its bound."""
+
+    def halved(b):
+        raise AssertionError
+
+    for module in (bernstein, roots):
+        monkeypatch.setattr(module, "left_half", halved)
+    number, rounding = PRECISIONS[precision].number, PRECISIONS[precision].rounding
+    polynomial = expanded([1, -1], [1, Fraction(1, 3)])
+    c = [number(f.numerator) / number(f.denominator) for f in polynomial]
+    bound = 1e3 * max(rounding, EPSILON)
+    found = first_fall([*c, number(0), number(0)], bound)
+    assert (found.fall, found.unsure) == (None, False)
+    assert 1 - found.touch == pytest.approx(bound * 3 / 4, rel=1e-2)
+
+
 @pytest.mark.slow_but_first
 @pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
 @pytest.mark.parametrize("offset", [0.0, 1e-9, 1e-11, -1e-9, -1e-11])

@@ -11,6 +11,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -178,11 +179,11 @@ def _first_in(
             fall = _fall_in(b, low, high, bound, doubtful, tired, bound if strict else 0.0)
             if fall is not None:
                 return (fall, touch, tired)
-        in_doubt = high - low < _SHORTEST or tired
-        if in_doubt or (min(b) >= -bound and max(b) <= bound):
+        in_doubt = _doubt_in(b, low, high, bound, doubtful, tired)
+        if in_doubt is not None:
             if strict:
                 return (None, None, True)
-            doubtful = low if doubtful is None else doubtful
+            doubtful = in_doubt if doubtful is None else doubtful
             continue
         passes = clear and doubtful is None
         dip = _only_dip(b, bound, coefficients, low, high) if passes else None
@@ -204,12 +205,18 @@ def _pieces_from_zero(coefficients: Sequence[Any], bound: float) -> list[_Waitin
     For a polynomial that is zero within its bound at 0. Only where all of it is within the bound is
     a piece from 0 decided, in doubt, and h is the largest power of 1/2 at which it may be.
     """
-    sizes = [abs(float(c)) for c in coefficients]
-    end, waiting = 1.0, list[_Waiting]()
-    while horner(sizes[1:], end) * end > bound and end >= _SHORTEST:
-        half = functools.partial(last_half_until, coefficients, end)
-        waiting.append((half, end / 2, end))
-        end /= 2
+    sizes = [abs(float(c)) for c in coefficients][1:]
+
+    def may_decide(halvings: int) -> bool:
+        end = 0.5**halvings
+        return horner(sizes, end) * end <= bound
+
+    count = bisect_left(range(MOST_HALVINGS + 1), True, key=may_decide)
+    ends = [0.5**halvings for halvings in range(count + 1)]
+    waiting: list[_Waiting] = [
+        (functools.partial(last_half_until, coefficients, end), end / 2, end) for end in ends[:-1]
+    ]
+    end = ends[-1]
     waiting.append((functools.partial(until, coefficients, end), 0.0, end))
     return waiting
 
@@ -233,6 +240,31 @@ def _fall_in(
         return (low if doubtful is None else doubtful, high, None)
     near = _only_fall(b, clear_of) if doubtful is None and b[0] > bound else None
     return None if near is None else (low, high, low + near * (high - low))
+
+
+def _doubt_in(
+    b: Sequence[Any], low: float, high: float, bound: float, doubtful: float | None, tired: bool
+) -> float | None:
+    """Return where a piece that is not halved is zero within the bound, None if it is halved."""
+    if (min(b) >= -bound and max(b) <= bound) or tired or high - low < _SHORTEST:
+        return low
+    if doubtful is None and -bound <= b[-1] <= bound < b[0]:
+        return _end_of_descent(b, low, high, bound)
+    return None
+
+
+def _end_of_descent(b: Sequence[Any], low: float, high: float, bound: float) -> float | None:
+    """Return where a polynomial falls to its bound, None unless it falls on all of a piece.
+
+    It ends within the bound: halving would take as many steps as the place has digits. `b` are the
+    Bernstein coefficients on [low, high]; differences that round-off hides count as zero.
+    """
+    slopes = [after - before for before, after in itertools.pairwise(b)]
+    flat = sum(abs(slope) <= 2 * bound for slope in slopes)
+    if flat > _MOST_FLAT or any(slope > 2 * bound for slope in slopes) or slopes[-1] >= -2 * bound:
+        return None
+    # On the tangent at the end, whose slope is far above the bound.
+    return high + (high - low) * float((bound - b[-1]) / slopes[-1]) / len(slopes)
 
 
 class _Dip(NamedTuple):
