@@ -7,7 +7,7 @@ import pytest
 import sympy
 
 from twolink import arithmetic, lagrange
-from twolink.accuracy.dual import Dual
+from twolink.accuracy.dual import Dual, slopes, variables
 from twolink.chain import Chain
 
 x = sympy.Symbol("x")
@@ -30,6 +30,20 @@ def test_the_slope_is_the_derivative(rule):
     found = rule(Dual(a, a.diff(x)), Dual(b, b.diff(x)))
     assert sympy.simplify(found.value - rule(a, b)) == 0
     assert sympy.simplify(found.slope - rule(a, b).diff(x)) == 0
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_one_evaluation_has_the_slopes_by_all_variables(rule):
+    a, b, _ = state = sympy.symbols("a b c", positive=True)
+    first, second, third = variables(state)
+    found = rule(first * second, second + 2)
+    wanted = rule(a * b, b + 2)
+    assert sympy.simplify(found.value - wanted) == 0
+    for slope, by in zip(slopes(found, state), state, strict=True):
+        assert sympy.simplify(slope - wanted.diff(by)) == 0
+    assert 2 not in found.slope.by
+    assert slopes(third, state) == [0, 0, 1]
+    assert slopes(5, state) == [0, 0, 0]
 
 
 def test_the_formulas_of_the_project_are_differentiated():

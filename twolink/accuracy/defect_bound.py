@@ -24,7 +24,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from twolink import lagrange
-from twolink.accuracy.dual import Dual
+from twolink.accuracy.dual import Dual, Slopes, slopes, variables
 from twolink.accuracy.frames import Frame, largest, norm, transition
 from twolink.accuracy.series import Series
 from twolink.arithmetic import Pair
@@ -207,13 +207,10 @@ class TubeLeftError(SimulationError):
 
 def jacobian(chain: Chain, effects: tuple[Effect, ...], state: list[Any], t: Any) -> list[Pair]:
     """Return the derivatives of u1′ and u2′ by q1, q2, u1 and u2, as scalars like those of x."""
-    columns, time = [], Dual(t, t * 0)
-    for by in range(4):
-        q1, q2, u1, u2 = (Dual(x, x * 0 + int(index == by)) for index, x in enumerate(state))
-        loads = smooth_loads(effects, chain, (q1, q2), (u1, u2), time)
-        du1, du2 = lagrange.forward_dynamics(chain, (q1, q2), (u1, u2), loads)
-        columns.append((du1.slope, du2.slope))
-    return columns
+    q1, q2, u1, u2 = variables(state)
+    loads = smooth_loads(effects, chain, (q1, q2), (u1, u2), Dual(t, Slopes({})))
+    du1, du2 = lagrange.forward_dynamics(chain, (q1, q2), (u1, u2), loads)
+    return list(zip(slopes(du1, state), slopes(du2, state), strict=True))
 
 
 def accelerations(flint: Any, chain: Chain, q: list[Any], defect: Pair) -> list[Any]:

@@ -3,10 +3,14 @@
 Their parts are scalars of any type, such as the power series of `twolink.accuracy.series`, so that
 the formulas of this project give the derivative of a formula along a motion. Their order is that of
 their values.
+
+The slope may be a number, or the `Slopes` by several variables, with which the values of a formula
+are computed once for all of them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from twolink import arithmetic
@@ -40,7 +44,7 @@ class Dual:
     def __mul__(self, other: Any) -> Dual:
         if isinstance(other, Dual):
             return Dual(
-                self.value * other.value, self.slope * other.value + self.value * other.slope
+                self.value * other.value, self.slope * other.value + other.slope * self.value
             )
         return Dual(self.value * other, self.slope * other)
 
@@ -49,7 +53,7 @@ class Dual:
     def __truediv__(self, other: Any) -> Dual:
         if isinstance(other, Dual):
             quotient = self.value / other.value
-            return Dual(quotient, (self.slope - quotient * other.slope) / other.value)
+            return Dual(quotient, (self.slope - other.slope * quotient) / other.value)
         return Dual(self.value / other, self.slope / other)
 
     def __pow__(self, exponent: Any) -> Dual:
@@ -81,7 +85,46 @@ class Dual:
 
     def __rtruediv__(self, other: Any) -> Dual:
         quotient = other / self.value
-        return Dual(quotient, -(quotient * self.slope) / self.value)
+        return Dual(quotient, -(self.slope * quotient) / self.value)
+
+
+class Slopes:
+    """The derivatives by several variables, of which those that are zero are left out."""
+
+    __slots__ = ("by",)
+
+    def __init__(self, by: dict[int, Any]) -> None:
+        """Store the derivatives by the numbers of the variables."""
+        self.by = by
+
+    def __add__(self, other: Slopes) -> Slopes:
+        found = dict(self.by)
+        for k, slope in other.by.items():
+            found[k] = found[k] + slope if k in found else slope
+        return Slopes(found)
+
+    def __neg__(self) -> Slopes:
+        return Slopes({k: -slope for k, slope in self.by.items()})
+
+    def __sub__(self, other: Slopes) -> Slopes:
+        return self + (-other)
+
+    def __mul__(self, factor: Any) -> Slopes:
+        return Slopes({k: slope * factor for k, slope in self.by.items()})
+
+    def __truediv__(self, divisor: Any) -> Slopes:
+        return Slopes({k: slope / divisor for k, slope in self.by.items()})
+
+
+def variables(values: Sequence[Any]) -> list[Dual]:
+    """Return the variables by which a formula has slopes, at their values."""
+    return [Dual(x, Slopes({k: x * 0 + 1})) for k, x in enumerate(values)]
+
+
+def slopes(number: Any, values: Sequence[Any]) -> list[Any]:
+    """Return the derivatives of the result of a formula by its `variables`."""
+    by = number.slope.by if isinstance(number, Dual) else {}
+    return [by[k] if k in by else x * 0 for k, x in enumerate(values)]
 
 
 def _value(x: Any) -> Any:
@@ -101,7 +144,7 @@ def cos(x: Dual) -> Dual:
 def exp(x: Dual) -> Dual:
     """Return e to the power of a dual number."""
     value = arithmetic.exp(x.value)
-    return Dual(value, value * x.slope)
+    return Dual(value, x.slope * value)
 
 
 def sqrt(x: Dual) -> Dual:

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 from twolink import lagrange
 from twolink.accuracy.certain import Certain, UndecidedError
 from twolink.accuracy.defect_bound import Step
-from twolink.accuracy.dual import Dual
+from twolink.accuracy.dual import slopes, variables
 from twolink.accuracy.frames import Frame
 from twolink.accuracy.gap_bound import Bracket, gradients
 from twolink.accuracy.interval import Interval, interval
@@ -181,13 +181,10 @@ class _Law:
 
     def slopes(self, box: list[Any]) -> list[list[Any]]:
         """Return balls with the derivatives of these numbers by q1, q2, u1, u2."""
-        columns = []
-        for by in range(4):
-            x = [Dual(Certain(b), Certain(0 * b + int(k == by))) for k, b in enumerate(box)]
-            q, u = _pairs(x)
-            numbers = collision(self.chain, self.contact, q, u).numbers(q, u)
-            columns.append([_ball(n.slope) if isinstance(n, Dual) else 0 for n in numbers])
-        return [list(row) for row in zip(*columns, strict=True)]
+        state = [Certain(ball) for ball in box]
+        q, u = _pairs(variables(state))
+        numbers = collision(self.chain, self.contact, q, u).numbers(q, u)
+        return [[_ball(slope) for slope in slopes(n, state)] for n in numbers]
 
     def states(self, box: list[Any]) -> list[Any]:
         """Return balls with the states after the impact."""

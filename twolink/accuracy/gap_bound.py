@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from twolink.accuracy.certain import Certain, UndecidedError
 from twolink.accuracy.defect_bound import DISC, Passage, Step
-from twolink.accuracy.dual import Dual
+from twolink.accuracy.dual import slopes, variables
 from twolink.accuracy.frames import Frame
 from twolink.accuracy.series import Series
 from twolink.contact.elements import RigidContact
@@ -173,13 +173,12 @@ def bracket(step: Step, bound: GapBound, crossing: Crossing, before: Frame, tube
 
 def gradients(contact: RigidContact, chain: Any, box: list[Any]) -> tuple[list[Any], list[Any]]:
     """Return balls with the derivatives of a gap and its rate by q1, q2, u1, u2 in a box."""
-    gaps, rates = [], []
-    for by in range(4):
-        x = [Dual(Certain(ball), Certain(0 * ball + int(k == by))) for k, ball in enumerate(box)]
-        q, u = (x[0], x[1]), (x[2], x[3])
-        gaps.append(contact.normal.coordinate(chain, q).slope.ball)
-        rates.append(contact.normal.speed(chain, q, u).slope.ball)
-    return gaps, rates
+    state = [Certain(ball) for ball in box]
+    q1, q2, u1, u2 = variables(state)
+    gap = contact.normal.coordinate(chain, (q1, q2))
+    rate = contact.normal.speed(chain, (q1, q2), (u1, u2))
+    by_gap, by_rate = ([slope.ball for slope in slopes(n, state)] for n in (gap, rate))
+    return by_gap, by_rate
 
 
 def _polynomial(step: Step, series: Series) -> tuple[Any, Any]:
