@@ -254,6 +254,7 @@ def test_files_contain_the_measured_values(found):
     assert document["unexpected"] == []
 
 
+@pytest.mark.long
 def test_powers_over_twenty_thousand_seconds():
     study = energy_drift(SWINGS, seconds=2e4)
     for drift in study.drifts:

@@ -173,6 +173,7 @@ def test_random_scenes_agree_with_the_simulator(seed):
     assert agrees(bouncing_scene(seed)) > 0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_many_random_scenes_agree_with_the_simulator():
     assert sum(agrees(bouncing_scene(seed)) for seed in range(25)) > 150

@@ -94,6 +94,7 @@ def test_taylor_series_run_through_the_discontinuities_of_a_torque():
 GENTLE = replace(GENERAL, q=(1.3, 1.8), u=(0.0, 0.0), duration=4.0)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_slope_of_fixed_steps_is_the_declared_order():
     methods = tuple(n for n, method in NUMERIC_METHODS.items() if method.parameter == "step")

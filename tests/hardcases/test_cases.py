@@ -27,6 +27,8 @@ LONG = {
     "urdf-file-100-mb",
     "scene-100-mb",
 }
+# They begin before all shorter tests.
+LONGEST = {"chaos-100-s", "small-oscillation-1e6-s", "zero-gravity-1e5-s", "bounces-1e4"}
 
 
 def is_quick(case):
@@ -43,7 +45,12 @@ def test_every_formulation_passes(case):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "case", [case for case in CASES if not is_quick(case)], ids=lambda case: case.name
+    "case",
+    [
+        pytest.param(case, marks=[pytest.mark.long] if case.name in LONGEST else [], id=case.name)
+        for case in CASES
+        if not is_quick(case)
+    ],
 )
 def test_every_formulation_passes_a_case_that_takes_long(case):
     board = parallel_scoreboard([case], OURS)

@@ -264,6 +264,7 @@ def test_mutants_are_answered_with_a_sentence(tmp_path):
     assert no_traceback(texts(), np.random.default_rng(7), 100, tmp_path) > 20
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_thousands_of_mutants_are_answered_with_a_sentence(tmp_path):
     assert no_traceback(texts(), np.random.default_rng(8), 3000, tmp_path) > 300

@@ -163,6 +163,7 @@ def separation_rate(scene, seconds, apart=1e-8, every=0.5):
     return blocks.mean(), blocks.std(ddof=1) / np.sqrt(len(blocks))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_largest_exponent_is_the_rate_at_which_two_motions_separate():
     scene = Scene.load("general")
@@ -178,6 +179,7 @@ def test_the_largest_exponent_is_the_rate_at_which_two_motions_separate():
 PUBLISHED = 2.4638, 0.0007, -0.0009, -2.4636
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_published_spectrum_is_that_of_a_natural_start():
     """The source states no start, on whose energy the exponents depend.

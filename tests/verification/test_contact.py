@@ -93,6 +93,7 @@ def test_random_chains_agree(chain):
     assert verdict.passed, verdict.sentence
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @given(chain=chains())
 @settings(max_examples=100)
