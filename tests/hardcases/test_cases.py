@@ -5,9 +5,8 @@ import pytest
 from twolink.engines.marks import Mark
 from twolink.hardcases.catalogue import CASES
 from twolink.hardcases.input_trial import InputTrial
-from twolink.hardcases.parallel import parallel_scoreboard
 from twolink.hardcases.record import Column
-from twolink.hardcases.run import OURS, failed_by_us, outcome
+from twolink.hardcases.run import OURS, failed_by_us, outcome, scoreboard
 from twolink.simulation.smooth.equations import EQUATIONS
 
 LONG = {
@@ -53,7 +52,7 @@ def test_every_formulation_passes(case):
     ],
 )
 def test_every_formulation_passes_a_case_that_takes_long(case):
-    board = parallel_scoreboard([case], OURS)
+    board = scoreboard([case], OURS)
     assert failed_by_us(board) == [], board[case.name]
 
 
