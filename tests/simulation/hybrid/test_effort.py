@@ -8,11 +8,15 @@ import pytest
 
 from tests.simulation.hybrid import BARS
 from tests.simulation.hybrid.test_run import BOUNCES, ONTO, scene
+from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
+from twolink.effects.pd_control import PdControl
+from twolink.effects.surface import Surface
 from twolink.errors import IntegrationError
 from twolink.integration.precisions import PRECISIONS
 from twolink.limits import DEFAULT_LIMITS, UNLIMITED
@@ -173,3 +177,28 @@ def test_only_short_steps_are_limited_by_their_number():
     run = hybrid_run(free, [0.0, 100.0], effort=effort)
     assert run.steps > 100
     assert not run.exhausted
+
+
+def test_the_power_series_of_a_selection_count():
+    """D slides between two walls in one place: derivatives decide each of its modes."""
+    arc = hybrid_run(BOUNCES, [0.0, 4.0]).arcs[0]
+    found = Work(Effort(), DEFAULT_LIMITS, "double", 0.1, 4.0)
+    found.add(arc, series=3)
+    assert found.in_steps == work_of(arc) + 12
+
+    place = -3.464101615137755, 2.0
+    toggle = Scene(
+        chain=Chain.point_masses((1.0, 0.5), (2.0, 2.0)),
+        q=(5 * math.pi / 6, 5 * math.pi / 6),
+        u=(0.0, 0.0),
+        duration=1.0,
+        effects=(
+            JointTorque((5.0, 1.0)),
+            PdControl((-2 * math.pi / 3, 0.0), (100.0, 20.0), (10.0, 2.0)),
+            Surface(place, (1.0, 0.0), on=("C2",), name="left"),
+            Surface(place, (-1.0, 0.0), restitution=0.5, friction=1.0, static=1.5, name="right"),
+        ),
+    )
+    run = hybrid_run(toggle, [0.0, 1.0], effort=Effort(work=2_000), partial=True)
+    assert run.exhausted
+    assert 10 < len(run.arcs) < 120

@@ -276,3 +276,20 @@ def test_a_surface_that_recovers_fast_is_met_again(loss):
     scene = Scene(Chain.uniform_bars(), (0.3, 0.1), (0.0, 0.0), 1.0, (Gravity(9.81), cushion))
     found = hybrid_run(scene, np.array([0.0, 1.0]))
     assert sum(arc.mode.states == (S.CLOSED,) for arc in found.arcs) == 2
+
+
+@pytest.mark.parametrize("unit", [2.0**-10, 1.0, 2.0**10])
+def test_a_rest_on_a_rooted_surface_has_as_many_arcs_in_any_unit_of_time(unit):
+    """A second is long for one chain, and short for another."""
+    cushion = CompliantSurface((0.0, 1.32), (0.0, -1.0), "hertz", 1e4 / unit**2)
+    friction = JointFriction((30.0 / unit**2, 20.0 / unit**2))
+    scene = Scene(
+        chain=Chain.uniform_bars(),
+        q=(0.5, 1.0),
+        u=(0.0, 0.0),
+        duration=100.0 * unit,
+        effects=(Gravity(9.81 / unit**2), friction, cushion),
+    )
+    run = hybrid_run(scene, [0.0, scene.duration])
+    assert run.steps < 1000
+    assert len(run.arcs) == 6

@@ -19,8 +19,9 @@ STEPS_OF_A_JUMP = 4
 
 # In double and long double precision, work is counted in steps of about 0.1 ms. A jump takes as
 # long as three, with a fourth of one for each contact element and a sixth for each mode that the
-# selection tries: a hundred of them where several contacts are made at once.
-_OF_A_JUMP, _OF_AN_ELEMENT, _OF_A_TRIAL = 3, 1 / 4, 1 / 6
+# selection tries: a hundred of them where several contacts are made at once. A mode whose
+# conditions are zero is expanded in a power series: that takes as long as four.
+_OF_A_JUMP, _OF_AN_ELEMENT, _OF_A_TRIAL, _OF_A_SERIES = 3, 1 / 4, 1 / 6, 4
 
 # Only the first eight steps of an arc count: later ones are certified together, and take a fourth
 # of the time.
@@ -129,14 +130,18 @@ class Work:
         self.steps = 0
         self.in_steps = 0.0
 
-    def add(self, arc: Arc, tried: int = 0) -> None:
-        """Add the steps of an arc, their memory, and the jump before it, which `tried` modes."""
+    def add(self, arc: Arc, tried: int = 0, series: int = 0) -> None:
+        """Add the steps of an arc, their memory, and the jump before it.
+
+        The jump `tried` so many modes, and so many `series` of modes were made since the last arc.
+        """
         count = arc.step_count
         self._arcs += 1
         self.steps += count
         self._steps_in[arc.mode.states] += count
         self.in_steps += _OF_A_JUMP + _OF_AN_ELEMENT * len(arc.mode.states)
-        self.in_steps += _OF_A_TRIAL * tried + min(count, _MOST_OF_AN_ARC)
+        self.in_steps += _OF_A_TRIAL * tried + _OF_A_SERIES * series
+        self.in_steps += min(count, _MOST_OF_AN_ARC)
         if arc.compiled not in self._compiled:
             self._compiled.add(arc.compiled)
             self._add_kind(arc.compiled.kind)

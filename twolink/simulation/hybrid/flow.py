@@ -63,7 +63,7 @@ def flow(
     compiled = compiler.mode(system, mode, springing_back(state), optimised=optimised)
     compile_seconds = perf_counter() - begun
     if compiled.roots:
-        until = min(until, state.t + system.number(tolerances.LONGEST_PRESS))
+        until = min(until, state.t + system.number(tolerances.LONGEST_PRESS) * system.cap)
     with compiled.pool.lend() as stepper:
         course = Course(system, compiled, stepper, mode, state, until, compile_seconds)
         return _followed(course, orders, last_arcs.get(compiled), progress)

@@ -180,9 +180,9 @@ EARLY = 0.3
 # See EARLY. Read by effort.
 CERTAINLY = 2
 
-# Longest time (s) for which a pressed surface is integrated in one arc, so that its variables, the
-# clock among them, keep their relative accuracy. Read by flow.
-LONGEST_PRESS = 1.0
+# Longest time, in longest steps, for which a pressed surface is integrated in one arc, so that its
+# variables, the clock among them, keep their relative accuracy. Read by flow.
+LONGEST_PRESS = 64.0
 
 # Roundings of the largest term. The values of a polynomial of an event function on a step are known
 # within this. Read by bernstein and roots.
