@@ -88,7 +88,9 @@ def approach(row: Pair, u: Pair, rounding: float, lever: float) -> Scalar:
     speed = first + second
     if not speed < 0 or -speed <= AT_REST * rounding * (abs(first) + abs(second)):
         return 0
-    return 0 if has_no_lever(row, lever) else speed
+    # A call of `has_no_lever` would take longer than this test, which decides nearly always.
+    is_long = abs(row[0]) > NO_LEVER * lever
+    return speed if is_long or not has_no_lever(row, lever) else 0
 
 
 def placed(
