@@ -134,8 +134,9 @@ class Trajectory(Views):
         """Return q (rad) and u (rad/s), each of shape (2, n), at times (s) within the run.
 
         They are values of the Taylor polynomials, as accurate as at the samples. At the time of an
-        impact they are those after it, or with `side="left"` those before it. Raises
-        `SimulationError` for times outside, and for methods without polynomials.
+        event, rounded to float64, they are those at the event itself: after an impact, or with
+        `side="left"` before it. Raises `SimulationError` for times outside, and for methods without
+        polynomials.
         """
         if not isinstance(side, str) or side not in ("left", "right"):
             refuse("side", side, "'left' or 'right'")
