@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import math
 import statistics
+import sys
 import time
 from dataclasses import replace
 from fractions import Fraction
@@ -28,6 +29,7 @@ from twolink.contact.elastoplastic import Material
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
+from twolink.environment import load_of_machine
 from twolink.limits import UNLIMITED
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -101,6 +103,7 @@ def print_cost() -> None:
             f"{spread:.2f}",
         )  # fmt: skip
     Console(width=100).print(table)
+    print(f"load of the machine: {load_of_machine()}; Python {sys.version}")
 
 
 def limit(law: str) -> Limit:
