@@ -245,7 +245,7 @@ def test_signals_during_the_work_leave_the_target_as_before(name, number, out):
     process.send_signal(number)
     _, said = process.communicate(timeout=60)
     # The last: the work was done, and the process about to end.
-    assert process.returncode in (SIGNALS[number], 0, 1, -number)
+    assert process.returncode in (SIGNALS[number], 0, 1, -number), said
     check_target_after_signal(number, said, out)
     if process.returncode == SIGNALS[number]:
         content = (out / target).read_text()
