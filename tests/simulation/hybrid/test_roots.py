@@ -234,6 +234,28 @@ def test_a_descent_to_zero_at_the_end_of_the_step_takes_no_halvings(precision, m
     assert 1 - found.touch == pytest.approx(bound * 3 / 4, rel=1e-2)
 
 
+def test_the_end_of_a_descent_is_where_halving_finds_it(random, monkeypatch):
+    """Convex and concave ones that end at zero, or within the bound on either side of it."""
+    tried = 0
+    for _ in range(300):
+        degree, bound = int(random.integers(2, 12)), 10.0 ** random.uniform(-13, -3)
+        b = np.cumsum(random.uniform(0.1, 1.0, degree) ** 3)[::-1]
+        b = [*b.tolist(), 0.0]
+        shift = random.uniform(-0.9, 0.9) * bound
+        c = (np.array(b) @ np.linalg.inv(bernstein.bernstein_matrix(degree + 1))).tolist()
+        c[0] += shift
+        found = first_fall(c, bound)
+        with monkeypatch.context() as patch:
+            patch.setattr(roots, "_end_of_descent", lambda *piece: None)
+            halved = first_fall(c, bound)
+        assert (found.fall is None, found.unsure) == (halved.fall is None, halved.unsure)
+        if found.touch is not None:
+            tried += 1
+            assert abs(polishing.horner(c, found.touch)) <= 2 * bound
+            assert abs(polishing.horner(c, halved.touch)) <= 2 * bound
+    assert tried > 200
+
+
 @pytest.mark.slow_but_first
 @pytest.mark.parametrize("precision", ["double", "long double", "quadruple"])
 @pytest.mark.parametrize("offset", [0.0, 1e-9, 1e-11, -1e-9, -1e-11])

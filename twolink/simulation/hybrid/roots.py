@@ -179,7 +179,7 @@ def _first_in(
             fall = _fall_in(b, low, high, bound, doubtful, tired, bound if strict else 0.0)
             if fall is not None:
                 return (fall, touch, tired)
-        in_doubt = _doubt_in(b, low, high, bound, doubtful, tired)
+        in_doubt = _doubt_in(b, coefficients, low, high, bound, doubtful, tired)
         if in_doubt is not None:
             if strict:
                 return (None, None, True)
@@ -243,17 +243,25 @@ def _fall_in(
 
 
 def _doubt_in(
-    b: Sequence[Any], low: float, high: float, bound: float, doubtful: float | None, tired: bool
+    b: Sequence[Any],
+    coefficients: Sequence[Any],
+    low: float,
+    high: float,
+    bound: float,
+    doubtful: float | None,
+    tired: bool,
 ) -> float | None:
     """Return where a piece that is not halved is zero within the bound, None if it is halved."""
     if (min(b) >= -bound and max(b) <= bound) or tired or high - low < _SHORTEST:
         return low
     if doubtful is None and -bound <= b[-1] <= bound < b[0]:
-        return _end_of_descent(b, low, high, bound)
+        return _end_of_descent(b, coefficients, low, high, bound)
     return None
 
 
-def _end_of_descent(b: Sequence[Any], low: float, high: float, bound: float) -> float | None:
+def _end_of_descent(
+    b: Sequence[Any], coefficients: Sequence[Any], low: float, high: float, bound: float
+) -> float | None:
     """Return where a polynomial falls to its bound, None unless it falls on all of a piece.
 
     It ends within the bound: halving would take as many steps as the place has digits. `b` are the
@@ -264,7 +272,8 @@ def _end_of_descent(b: Sequence[Any], low: float, high: float, bound: float) -> 
     if flat > _MOST_FLAT or any(slope > 2 * bound for slope in slopes) or slopes[-1] >= -2 * bound:
         return None
     # On the tangent at the end, whose slope is far above the bound.
-    return high + (high - low) * float((bound - b[-1]) / slopes[-1]) / len(slopes)
+    near = high + (high - low) * float((bound - b[-1]) / slopes[-1]) / len(slopes)
+    return float(bracketed([coefficients[0] - bound, *coefficients[1:]], low, high, near))
 
 
 class _Dip(NamedTuple):
