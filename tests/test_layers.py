@@ -130,7 +130,7 @@ ROWS = {
         "measure",
     ],
     "twolink.simulation.hybrid": [
-        "block jet mode pace stepper tolerances",
+        "block jet mode pace tally stepper tolerances",
         "bernstein compliant_state configurations constraint kind",
         "polishing pose scales state",
         "roots",

@@ -213,10 +213,10 @@ def _proven(
 
 
 def _lost_beyond(run: ProvenRun, lost: int, until: float) -> int:
-    """Return the digits that a proof of a smooth motion loses from its end until a time (s).
+    """Return the digits that a smooth motion loses from the end of a proof until a time (s).
 
-    It lost a number of digits until it ended, and loses as many in each second. At most twice as
-    many are expected, as a proof with so many more takes several times as long.
+    The proof has `lost` its digits at a rate that is taken as constant. The result is at most twice
+    that number, as each attempt with more digits takes longer.
     """
     if run.ended is None or not run.ended.time > 0:
         return 0

@@ -20,8 +20,8 @@ from twolink.errors import EngineError
 
 Array = NDArray[np.float64]
 
-# The coarsest step (s) or tolerance, the divisor, and how many settings. With events there are more
-# steps, and with a method of first order where these do not show where it goes.
+# The coarsest step (s) or tolerance, the divisor, and how many settings. There are more steps for
+# motions with events, and for a method of first order that has not converged by then.
 _SETTINGS = {"step": (0.01, 2.0, 6), "tolerance": (1e-3, 100.0, 5)}
 _MORE_STEPS = 3
 
@@ -105,7 +105,9 @@ def _curve(motion: Motion, method: Method, engine: RemoteEngine) -> tuple[Curve,
     value, ratio, count = _SETTINGS[method.parameter]
     even = _is_even(motion, method)
     is_slow = even and method.order is not None and method.order <= 1
-    most = count + _MORE_STEPS if is_slow or (method.parameter == "step" and not even) else count
+    if method.parameter == "step" and not even:
+        count += _MORE_STEPS
+    most = count + _MORE_STEPS if is_slow else count
     motions: list[Array] = []
     settings: list[float] = []
     warnings: dict[str, None] = {}

@@ -58,7 +58,7 @@ def check_film(suffix: str, width: int, height: int, fps: float) -> None:
     # Viewers show frames of one hundredth of a second for ten.
     if suffix == ".gif" and (fps > 50 or (100 / fps) % 1):
         raise PictureError(
-            f"fps must be 50 or 100/n for a larger n, as 25 or 20, for a .gif file, which counts "
+            "fps must be at most 50 and divide 100, as 25 and 20 do, for a .gif file, which counts "
             f"time in hundredths of a second; got {fps:g}"
         )
 

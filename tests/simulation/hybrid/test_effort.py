@@ -183,7 +183,7 @@ def test_the_power_series_of_a_selection_count():
     """D slides between two walls in one place: derivatives decide each of its modes."""
     arc = hybrid_run(BOUNCES, [0.0, 4.0]).arcs[0]
     found = Work(Effort(), DEFAULT_LIMITS, "double", 0.1, 4.0)
-    found.add(arc, series=3)
+    found.add(arc, expanded=3)
     assert found.in_steps == work_of(arc) + 12
 
     place = -3.464101615137755, 2.0

@@ -163,7 +163,7 @@ class Certificate:
         self, block: Block, suspects: Sequence[_Suspect], doubts: list[Doubt]
     ) -> Finding | None:
         """Return the first event among the event functions that are not certified."""
-        for on_step in (suspects,) if len(suspects) == 1 else _by_step(suspects):
+        for on_step in _by_step(suspects):
             for suspect in on_step:
                 if suspect.polynomial[0] < 0:
                     # The event function falls at the start of the step.
@@ -297,6 +297,8 @@ def _end_by_clock(
 
 def _by_step(suspects: Sequence[_Suspect]) -> Sequence[Sequence[_Suspect]]:
     """Return the event functions of each step together, in the order of the steps."""
+    if len(suspects) < 2:
+        return [suspects]
     return [tuple(group) for _, group in itertools.groupby(suspects, _STEP)]
 
 

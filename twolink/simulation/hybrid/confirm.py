@@ -111,7 +111,7 @@ class Derivatives:
         The search ends at the first sign that contradicts the mode.
         """
         problem, start = self._problem, self._start
-        problem.system.series["expanded"] += 1
+        problem.system.expanded.add_one()
         noise = {c: self._noise_of(c, candidate) for c in candidate.undecided}
         rate = 1 / problem.system.longest_step
         with start.branch():

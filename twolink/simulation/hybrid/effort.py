@@ -130,17 +130,18 @@ class Work:
         self.steps = 0
         self.in_steps = 0.0
 
-    def add(self, arc: Arc, tried: int = 0, series: int = 0) -> None:
+    def add(self, arc: Arc, tried: int = 0, expanded: int = 0) -> None:
         """Add the steps of an arc, their memory, and the jump before it.
 
-        The jump `tried` so many modes, and so many `series` of modes were made since the last arc.
+        The jump `tried` so many modes, and since the last arc so many were `expanded` in power
+        series.
         """
         count = arc.step_count
         self._arcs += 1
         self.steps += count
         self._steps_in[arc.mode.states] += count
         self.in_steps += _OF_A_JUMP + _OF_AN_ELEMENT * len(arc.mode.states)
-        self.in_steps += _OF_A_TRIAL * tried + _OF_A_SERIES * series
+        self.in_steps += _OF_A_TRIAL * tried + _OF_A_SERIES * expanded
         self.in_steps += min(count, _MOST_OF_AN_ARC)
         if arc.compiled not in self._compiled:
             self._compiled.add(arc.compiled)

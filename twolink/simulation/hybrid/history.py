@@ -121,7 +121,7 @@ class History:
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
                 modes = f"{arc.mode}, then {_event_of(arc)}"
                 raise IntegrationError(sentence_on_endless(self.system, arc.end, modes))
-            self._work.add(arc, following.tried, self.system.series.pop("expanded", 0))
+            self._work.add(arc, following.tried, self.system.expanded.take())
             if self._work.steps - reported >= _UNREPORTED or arc.end.t >= self.end:
                 reported = self._work.steps
                 reached(float(arc.end.t), 0)

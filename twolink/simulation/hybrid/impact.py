@@ -86,11 +86,9 @@ def approach(row: Pair, u: Pair, rounding: float, lever: float) -> Scalar:
     """
     first, second = row[0] * u[0], row[1] * u[1]
     speed = first + second
-    if not speed < 0 or -speed <= AT_REST * rounding * (abs(first) + abs(second)):
-        return 0
-    # A call of `has_no_lever` would take longer than this test, which decides nearly always.
-    is_long = abs(row[0]) > NO_LEVER * lever
-    return speed if is_long or not has_no_lever(row, lever) else 0
+    if speed < 0 and -speed > AT_REST * rounding * (abs(first) + abs(second)):
+        return 0 if has_no_lever(row, lever) else speed
+    return 0
 
 
 def placed(

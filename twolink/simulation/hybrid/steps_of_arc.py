@@ -111,7 +111,8 @@ def _longest_press(course: Course, span: Any) -> Any:
 class _Taken(NamedTuple):
     """The starts, lengths and coefficients of steps, the last in bytes.
 
-    Bytes are joined several times faster than small arrays.
+    Bytes are joined several times faster than small arrays. The loops of steps append to the lists
+    themselves, as a call for each step would take a tenth of their own time.
     """
 
     starts: list[Any]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -22,6 +21,7 @@ from twolink.simulation.hybrid.dynamics import held_coordinates
 from twolink.simulation.hybrid.mode import Mode
 from twolink.simulation.hybrid.pose import Pose, PoseFormulas
 from twolink.simulation.hybrid.scales import Scales
+from twolink.simulation.hybrid.tally import Tally
 from twolink.values import Content, Own
 
 
@@ -33,8 +33,8 @@ class HybridSystem:
     `rounding`; `scene_chain` is the same in float64. `longest_step` is in s. `compiled` has the
     modes that were entered, for `compile`, `near_to_zero` the distances from zero at which their
     event functions leave a doubt, for `certificate`, and `event_functions` those that were
-    evaluated, for `steepness`. `series` has the number of modes that were expanded in power series
-    since it was last cleared, for `effort`.
+    evaluated, for `steepness`. `expanded` counts the modes that were expanded in power series, for
+    `effort`.
     """
 
     scene_chain: Chain
@@ -51,7 +51,7 @@ class HybridSystem:
     compiled: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     near_to_zero: dict[Any, tuple[float, ...]] = field(default_factory=dict, init=False, repr=False)
     event_functions: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
-    series: Counter[str] = field(default_factory=Counter, init=False, repr=False)
+    expanded: Tally = field(default_factory=Tally, init=False, repr=False)
     _last_pose: list[Pose] = field(default_factory=list, init=False, repr=False)
     _held: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
     _frictions: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
