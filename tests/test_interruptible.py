@@ -7,10 +7,12 @@ import sys
 import threading
 import time
 from pathlib import Path
+from weakref import WeakSet
 
 import pytest
 
-from twolink.interruptible import end_process, side_by_side
+from twolink import interruptible
+from twolink.interruptible import begun, end_process, side_by_side
 
 
 def test_results_come_in_order():
@@ -122,6 +124,34 @@ def test_a_thread_that_is_still_ending_is_not_joined(thread, said):
         [sys.executable, "-c", VANISHING, thread], capture_output=True, text=True, check=False
     )
     assert (run.returncode, run.stdout, run.stderr) == (130, said, "")
+
+
+def test_a_thread_counts_before_it_is_begun(monkeypatch):
+    """A signal may end the process while the system begins it."""
+    seen = []
+    start = threading.Thread.start
+
+    def started(thread):
+        seen.append(interruptible._any_left())
+        start(thread)
+
+    # Threads of other tests may still exist.
+    monkeypatch.setattr(interruptible, "_THREADS", WeakSet())
+    monkeypatch.setattr(interruptible, "_NUMBERS", set())
+    monkeypatch.setattr(threading.Thread, "start", started)
+    begun(lambda: seen.append(interruptible._any_left())).join()
+    assert seen == [True, True]
+
+
+def test_a_thread_that_cannot_be_started_is_forgotten(monkeypatch):
+    def started(thread):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(interruptible, "_THREADS", WeakSet())
+    monkeypatch.setattr(threading.Thread, "start", started)
+    with pytest.raises(RuntimeError):
+        begun(int)
+    assert not interruptible._THREADS
 
 
 def test_a_process_that_exits_searches_for_no_garbage():

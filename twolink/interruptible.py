@@ -6,12 +6,13 @@ signal. The caller answers signals, and abandons the call without using its resu
 
 from __future__ import annotations
 
+import functools
 import gc
 import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from threading import Event, Thread
+from threading import Event, Thread, get_native_id
 from time import monotonic
 from typing import Any, NoReturn
 from weakref import WeakSet
@@ -23,7 +24,7 @@ _WAIT = 0.05
 _ENDING = 10.0
 
 
-# Threads that are used here, as long as they exist, and their numbers in the system.
+# Threads that were begun here, as long as they exist, and their numbers in the system.
 _THREADS: WeakSet[Thread] = WeakSet()
 _NUMBERS: set[int] = set()
 
@@ -56,13 +57,10 @@ def side_by_side(*functions: Callable[[Callable[[], None]], Any]) -> list[Any]:
             errors.append(error)
             ended.set()
 
-    # A thread that is left to itself does not keep the interpreter from ending.
-    threads = [Thread(target=call, args=(k,), daemon=True) for k in range(len(functions))]
+    threads: list[Thread] = []
     try:
-        for thread in threads:
-            _THREADS.add(thread)
-            thread.start()
-            _NUMBERS.add(thread.native_id or 0)
+        for k in range(len(functions)):
+            threads.append(begun(functools.partial(call, k)))
         while not errors and any(thread.is_alive() for thread in threads):
             for thread in threads:
                 thread.join(_WAIT)
@@ -82,18 +80,32 @@ def _await_end(threads: Sequence[Thread]) -> None:
             thread.join(_WAIT)
 
 
-def abandon(thread: Thread, wait: float) -> None:
-    """Leave a thread to itself that does not end within a time (s), or before an interrupt."""
+def begun(work: Callable[[], object], name: str | None = None) -> Thread:
+    """Return a new thread that does some work, and does not keep the process from ending.
+
+    Raises `RuntimeError` if no thread can be started.
+    """
+
+    def counted() -> None:
+        _NUMBERS.add(get_native_id())
+        work()
+
+    thread = Thread(target=counted, name=name, daemon=True)
+    # Before it is started: a signal may end the caller at any moment from then on.
     _THREADS.add(thread)
-    _NUMBERS.add(thread.native_id or 0)
-    thread.join(wait)
+    try:
+        thread.start()
+    except RuntimeError:
+        _THREADS.discard(thread)
+        raise
+    return thread
 
 
 def end_process(code: Any) -> NoReturn:
-    """End the process with an exit code, even if calls that were abandoned still compute.
+    """End the process with an exit code, even if threads that were begun here still work.
 
-    At its end the interpreter ends the threads of such calls; inside compiled code, or while they
-    end by themselves, this aborts the process. Where there are any, the process ends without the
+    At its end the interpreter ends such threads; inside compiled code, or while they end by
+    themselves, this aborts the process. Where there are any, the process ends without the
     interpreter's last steps. Elsewhere it does not search for garbage, which the system takes back.
     """
     if isinstance(code, int) and _any_left():
@@ -106,11 +118,12 @@ def end_process(code: Any) -> NoReturn:
 
 
 def _any_left() -> bool:
-    """Return whether a thread that was used here still exists.
+    """Return whether a thread that was begun here still exists.
 
-    Python's threads are not alive any more while the system still ends them.
+    Python's threads are not alive yet while the system begins them, and not any more while it
+    ends them.
     """
-    if any(thread.is_alive() for thread in _THREADS):
+    if any(thread.ident is None or thread.is_alive() for thread in _THREADS):
         return True
     # On Linux; elsewhere there is no such folder.
     return any(os.path.exists(f"/proc/self/task/{number}") for number in _NUMBERS)

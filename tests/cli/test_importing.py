@@ -150,6 +150,25 @@ def test_an_interrupt_does_not_wait_for_imports_that_wait_without_end():
     assert found(program) == 1
 
 
+def test_an_interrupt_during_the_last_wait_for_imports_does_not_abort_the_process():
+    """At its end the interpreter would end the thread in compiled code, which aborts."""
+    program = (
+        "import atexit, os, signal, threading\n"
+        "from twolink.cli import importing\n"
+        "from twolink.interruptible import end_process\n"
+        "importing.import_module = lambda name: threading.Event().wait()\n"
+        "importing._PATIENCE = 0.01\n"
+        "atexit.register(print, 0)\n"
+        "print(1, flush=True)\n"
+        "try:\n"
+        "    with importing.imported_meanwhile('json'):\n"
+        "        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+        "except KeyboardInterrupt:\n"
+        "    end_process(0)\n"
+    )
+    assert found(program) == 1
+
+
 def test_no_thread_is_left_by_an_interrupt():
     before = threading.active_count()
     with pytest.raises(KeyboardInterrupt), imported_meanwhile("json"):

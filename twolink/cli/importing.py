@@ -12,9 +12,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from importlib import import_module
-from threading import Thread
 
-from twolink.interruptible import abandon
+from twolink.interruptible import begun
 
 # Time (s) in which the imports of a thread end, unless they wait for each other without end.
 _PATIENCE = 1.0
@@ -94,12 +93,11 @@ def imported_meanwhile(*modules: str) -> Iterator[None]:
             for name in modules:
                 import_module(name)
 
-    thread = Thread(target=import_all, daemon=True)
-    thread.start()
+    thread = begun(import_all)
     try:
         yield
+        thread.join()
     except BaseException:
         # An import that was interrupted leaves its module locked, and the thread may need it.
-        abandon(thread, _PATIENCE)
+        thread.join(_PATIENCE)
         raise
-    thread.join()

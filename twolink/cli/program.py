@@ -23,6 +23,7 @@ from typer.core import TyperGroup
 
 from twolink.cli.terminal import BAD_INPUT, FAILED, flush, warn
 from twolink.errors import BrowserError, FileError, IntegrationError, TwolinkError
+from twolink.interruptible import begun
 from twolink.text import choice, one_line, quoted
 
 # Seconds until a signal is sent again whose exception was lost in a library, and from then on until
@@ -142,7 +143,7 @@ class _Signals:
         """Send the last signal again whenever it is lost."""
         if not self._watches:
             self._watches = True
-            threading.Thread(target=self._send_again, daemon=True).start()
+            begun(self._send_again)
 
     def _send_again(self) -> None:
         while not self._closed:

@@ -12,7 +12,7 @@ from collections import deque
 from contextlib import suppress
 from threading import Event, Lock, Thread
 
-from twolink.interruptible import abandon
+from twolink.interruptible import begun
 from twolink.simulation.hybrid.compile import compiled_kind
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.kind import Kind, Target
@@ -57,8 +57,8 @@ class Ahead:
         self.expect()
         thread = self._thread if self._has_thread else None
         self._is_open = False
-        if thread is not None and thread.is_alive():
-            abandon(thread, _ENDING)
+        if thread is not None:
+            thread.join(_ENDING)
 
     def expect(self, *targets: Target) -> None:
         """Compile for the next runs each kind of modes that a run has entered, or will enter.
@@ -119,11 +119,9 @@ class Ahead:
             self._coming[request] = Event()
             self._waiting.append(request)
             if self._thread is None:
-                self._thread = Thread(target=self._compile, name="compilation", daemon=True)
                 try:
-                    self._thread.start()
+                    self._thread = begun(self._compile, "compilation")
                 except RuntimeError:
-                    self._thread = None
                     self._cancel(request)
 
     def _compile(self) -> None:
