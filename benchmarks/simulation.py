@@ -22,7 +22,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.engines.registry import SIMULATORS, by_name
-from twolink.integration.precisions import PRECISIONS
+from twolink.integration.precisions import OPTIMISED, PRECISIONS
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -54,7 +54,7 @@ def taylor(formulation: EquationsName, scene: Scene, order: int | None = None) -
     ends = (0.0, scene.duration)
 
     def run() -> tuple[tuple[float, ...], float]:
-        result = taylor_run(scene, ends, formulation=formulation, order=order, optimised=True)
+        result = taylor_run(scene, ends, formulation=formulation, order=order, code=OPTIMISED)
         return (*result.q[:, -1], *result.u[:, -1]), result.run_seconds
 
     return run

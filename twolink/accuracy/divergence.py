@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from twolink.integration.precisions import OPTIMISED
 from twolink.scene import Scene
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -40,6 +41,6 @@ def divergence(scene: Scene, scale: float) -> Divergence:
     def run(shift: float) -> Any:
         moved = replace(scene, q=(scene.q[0] + shift, scene.q[1]), duration=seconds)
         times = np.linspace(0.0, seconds, _SCALES + 1)
-        return taylor_run(moved, times, formulation="momenta", optimised=True).q
+        return taylor_run(moved, times, formulation="momenta", code=OPTIMISED).q
 
     return Divergence(float(np.abs(run(_APART) - run(0.0)).max() / _APART), seconds)

@@ -25,6 +25,7 @@ from twolink.effects import ConservativeEffect, RotorEffect, potential_energy
 from twolink.environment import package_versions, this_machine
 from twolink.errors import SimulationError
 from twolink.inputs import as_real, as_words
+from twolink.integration.precisions import OPTIMISED
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.scene import Scene
 from twolink.simulation.motion import check_run
@@ -233,7 +234,7 @@ def energy_drift(
         scene,
         np.linspace(0, scene.duration, _VISITED),
         formulation="momenta",
-        optimised=True,
+        code=OPTIMISED,
         progress=limits.timed(f"the motion over {scene.duration:g} s"),
     )
     equations, chain = MomentumEquations(), scene.moving_chain.convert(float)

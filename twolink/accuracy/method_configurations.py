@@ -141,7 +141,7 @@ def _smooth(
             formulation=equations,
             precision=precision,
             order=int(order),
-            optimised=True,
+            code=PRECISIONS[precision].codes[-1],
             progress=limits.timed(f"a run at order {order:g}"),
         )
     )

@@ -131,7 +131,7 @@ def _steps(run: TaylorRun, times: Array, errors: Array) -> Iterator[Block]:
         precision=run.precision,
         order=run.order,
         longest_step=run.longest_step,
-        optimised=run.optimised,
+        code=run.code,
         observe=taken.append,
     )
     # A run that restarted with optimized code begins anew.

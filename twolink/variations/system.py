@@ -183,10 +183,9 @@ class VariedSystems:
         directions: Sequence[Direction],
         formulation: EquationsName,
         precision: PrecisionName,
-        code: Code | None = None,
+        code: Code = _CODE,
     ) -> VariedSystems:
         """Return the systems of a scene; raises `SimulationError` where there are none."""
-        code = code or (_CODE if precision == "double" else PRECISIONS[precision].code)
         slopes = tuple(slopes_of_pieces(scene, each) for each in directions)
         varied = tuple(k for k, each in enumerate(directions) if varies_pieces(scene, each))
         return cls(scene.moving_chain, slopes, varied, formulation, precision, code)

@@ -11,10 +11,9 @@ from twolink.chain import Chain
 from twolink.effects import Effect
 from twolink.effects.gravity import Gravity
 from twolink.errors import IntegrationError, SimulationError
-from twolink.integration.precisions import PRECISIONS
+from twolink.integration.precisions import OPTIMISED, PRECISIONS
 from twolink.loads import Torque
 from twolink.scene import Scene
-from twolink.simulation.smooth import taylor
 from twolink.simulation.smooth.taylor import taylor_run
 
 SCENE = Scene(Chain.uniform_bars(), (0.3, 0.5), (0.2, -0.1), 5.0, (Gravity(),))
@@ -71,10 +70,12 @@ def test_progress_of_a_run_in_parts(monkeypatch):
 def test_optimisation_of_a_run_does_not_depend_on_earlier_runs(monkeypatch):
     """Optimised code rounds otherwise, so its use may not depend on the past."""
     check_often(monkeypatch, "double")
-    monkeypatch.setattr(taylor, "_WORTH_OPTIMISING", 20)
+    quick = replace(PRECISIONS["double"].codes[0], steps=20)
+    codes = quick, OPTIMISED
+    monkeypatch.setitem(PRECISIONS, "double", replace(PRECISIONS["double"], codes=codes))
     first = run()
-    assert first.optimised
-    assert not taylor_run(SCENE, TIMES[:2], formulation="momenta").optimised
+    assert first.code == OPTIMISED
+    assert taylor_run(SCENE, TIMES[:2], formulation="momenta").code == quick
     again = run()
     assert (again.q == first.q).all()
     assert again.compile_seconds < 0.05

@@ -19,7 +19,7 @@ from twolink.chain import Chain
 from twolink.errors import SimulationError
 from twolink.integration.operations import Operations, of_taylor_step
 from twolink.integration.outcomes import check_arrival, last_time
-from twolink.integration.precisions import PRECISIONS, PrecisionName
+from twolink.integration.precisions import PRECISIONS, Code, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
@@ -28,11 +28,6 @@ from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS, expressions_of
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.values import Content
-
-# heyoka compiles ten times faster without optimization, and that code takes up to three times as
-# long. So a run of more steps than these, which take as long as optimization, restarts with
-# optimized code. Only the scene decides which code runs, since the two differ in round-off.
-_WORTH_OPTIMISING = 80_000
 
 # Steps that are observed together. Numbers of so many are still in the cache of a core when they
 # are used again; five times as many took 1.6 to 3.4 times as long for each step.
@@ -50,10 +45,10 @@ def heyoka_is_here() -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class TaylorRun(MotionRun):
-    """A motion without events, by one run of one integrator, `compiled` for it."""
+    """A motion without events, by one run of one integrator, `compiled` for it to some code."""
 
     compiled: _Compiled | None = field(repr=False, compare=False)
-    optimised: bool
+    code: Code
 
     @property
     def arithmetic(self) -> Operations:
@@ -64,7 +59,7 @@ class TaylorRun(MotionRun):
     def _code(self) -> _Compiled:
         """The compiled code of this run, recompiled if the run was stored."""
         return self.compiled or _ready(
-            self.scene, self.formulation, self.precision, self.order, self.optimised
+            self.scene, self.formulation, self.precision, self.order, self.code
         )
 
     def dense(self) -> Callable[..., tuple[Any, Any]]:
@@ -101,32 +96,32 @@ def taylor_run(
     precision: PrecisionName = "double",
     order: int | None = None,
     longest_step: float | None = None,
-    optimised: bool = False,
+    code: Code | None = None,
     progress: Callable[[float], None] | None = None,
     observe: Observer | None = None,
 ) -> TaylorRun:
     """Return the motion of a scene by Taylor series at increasing times (s), the first of them 0.
 
     Truncation errors are at round-off, unless a lower `order` is given; `longest_step` (s) caps the
-    step. With `optimised` the integrator is compiled with optimization at once. Raises
-    `SimulationError` if the motion cannot be integrated to the last time. `progress` receives the
-    completed share, and `observe` the steps.
+    step. A run that takes too many steps for its `code`, by default the first of the precision,
+    begins anew with the next one: only the scene decides which code runs, as their round-off
+    differs. Raises `SimulationError` if the motion cannot be integrated to the last time.
+    `progress` receives the completed share, and `observe` the steps.
     """
     cap = longest_step or default_longest_step(scene)
     own = PRECISIONS[precision]
     grid = own.array(times)
-    gains = own.code != own.long_code
-    optimised = optimised and gains
-    found, compile_seconds = None, 0.0
-    while found is None:
+    compile_seconds = 0.0
+    for used in own.codes[own.codes.index(code or own.codes[0]) :]:
         start = perf_counter()
-        compiled = _ready(scene, formulation, precision, order, optimised)
+        compiled = _ready(scene, formulation, precision, order, used)
         compile_seconds += perf_counter() - start
-        most = math.inf if optimised or not gains else _WORTH_OPTIMISING
         start = perf_counter()
-        found = compiled.follow(scene, grid, cap, progress, most, observe)
+        found = compiled.follow(scene, grid, cap, progress, used.steps, observe)
         run_seconds = perf_counter() - start
-        optimised = optimised or found is None
+        if found is not None:
+            break
+    assert found is not None
     return TaylorRun(
         scene=scene,
         formulation=formulation,
@@ -140,7 +135,7 @@ def taylor_run(
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
         compiled=compiled,
-        optimised=optimised,
+        code=used,
     )
 
 
@@ -332,7 +327,7 @@ def _ready(
     formulation: EquationsName,
     precision: PrecisionName,
     order: int | None,
-    optimised: bool,
+    code: Code,
 ) -> _Compiled:
     """Return the compiled integrators of a scene."""
     chain = scene.moving_chain
@@ -342,7 +337,7 @@ def _ready(
         formulation,
         precision,
         order or PRECISIONS[precision].full_order,
-        optimised,
+        code,
     )
 
 
@@ -353,14 +348,13 @@ def _compiled(
     formulation: EquationsName,
     precision: PrecisionName,
     order: int,
-    optimised: bool,
+    code: Code,
 ) -> _Compiled:
     """Return compiled integrators, cached for scenes that differ only in their start."""
     hy = heyoka()
     kind = PRECISIONS[precision].number
     (given,) = chain.objects
     own = given.convert(kind)
-    code = PRECISIONS[precision].long_code if optimised else PRECISIONS[precision].code
     integrator = hy.taylor_adaptive(
         expressions_of(formulation, own, effects.objects, kind),
         np.array([kind(0)] * 4),
