@@ -107,7 +107,7 @@ ROWS = {
         "serve",
     ],
     "twolink.simulation": [
-        "hybrid.mode pool series shortened",
+        "compilation_thread hybrid.mode memo pool series shortened",
         "run",
         "formats smooth",
         "storage",

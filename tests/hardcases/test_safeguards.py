@@ -34,7 +34,7 @@ def mark(name: str, formulation: str) -> Mark:
 
 def forget_what_is_compiled() -> None:
     compilation.compiled_kind.cache_clear()
-    taylor._compiled.cache_clear()
+    taylor._compiled.clear()
 
 
 @pytest.fixture(autouse=True)

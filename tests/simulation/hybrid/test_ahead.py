@@ -261,7 +261,7 @@ def test_a_child_that_is_forked_during_a_run_compiles_for_itself(compilations):
         if child == 0:
             ahead.compiled(CLOSED, OWN)
             ahead.compiled(CLOSED, JUDGE)
-            ahead._coming[OPEN, JUDGE] = threading.Event()
+            ahead._thread._coming[OPEN, JUDGE] = threading.Event()
             ahead.compiled(OPEN, JUDGE)
             ahead.close()
             os._exit(42)

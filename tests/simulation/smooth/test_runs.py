@@ -44,6 +44,22 @@ def test_two_runs_in_113_bits_are_made_in_two_threads(monkeypatch, precision, th
     assert runs.pair(precision, (21, 25)) == found
 
 
+@pytest.mark.parametrize(
+    ("precision", "known", "ahead"),
+    [("double", (), [15]), ("double", (11,), []), ("quadruple", (), [])],
+)
+def test_the_second_of_two_runs_is_compiled_beside_the_first(monkeypatch, precision, known, ahead):
+    """Runs in 113 bits have a thread each."""
+    requested = []
+    runs = Runs(replace(SCENE, duration=0.2), np.linspace(0.0, 0.2, 5), "momenta",
+                lambda name: lambda share: None, 0.1)  # fmt: skip
+    for order in known:
+        runs.run(precision, order)
+    monkeypatch.setattr(runs, "expect", lambda precision, order: requested.append(order))
+    runs.pair(precision, (11, 15))
+    assert requested == ahead
+
+
 def test_an_interrupted_run_in_113_bits_ends_the_other():
     def interrupting(share):
         raise ZeroDivisionError

@@ -1,7 +1,10 @@
 """Runs by Taylor series: long ones in parts, optimised by the number of their steps alone."""
 
 import re
+from contextlib import closing
 from dataclasses import dataclass, replace
+from threading import get_ident
+from time import sleep
 
 import numpy as np
 import pytest
@@ -14,6 +17,9 @@ from twolink.errors import IntegrationError, SimulationError
 from twolink.integration.precisions import OPTIMISED, PRECISIONS
 from twolink.loads import Torque
 from twolink.scene import Scene
+from twolink.simulation.compilation_thread import CompilationThread
+from twolink.simulation.memo import Memo
+from twolink.simulation.smooth import taylor
 from twolink.simulation.smooth.taylor import taylor_run
 
 SCENE = Scene(Chain.uniform_bars(), (0.3, 0.5), (0.2, -0.1), 5.0, (Gravity(),))
@@ -79,6 +85,71 @@ def test_optimisation_of_a_run_does_not_depend_on_earlier_runs(monkeypatch):
     again = run()
     assert (again.q == first.q).all()
     assert again.compile_seconds < 0.05
+
+
+def ladder(*steps):
+    """Return codes of which each is left after a number of steps."""
+    return tuple(replace(PRECISIONS["double"].codes[0], steps=each) for each in steps)
+
+
+@pytest.mark.parametrize(("limits", "used"), [((1000, 2000), 0), ((20, 1000), 1), ((7, 14), 2)])
+def test_a_run_of_too_many_steps_for_its_code_begins_anew_with_the_next(monkeypatch, limits, used):
+    codes = (*ladder(*limits), replace(PRECISIONS["double"].codes[0], compact=True))
+    own = replace(PRECISIONS["double"], codes=codes, steps_at_once=7)
+    monkeypatch.setitem(PRECISIONS, "double", own)
+    begun = []
+    found = run(observe=lambda steps: begun.append(steps.starts[0]))
+    assert found.code == codes[used]
+    assert begun.count(0.0) == used + 1
+    assert run(code=codes[used]).code == codes[used]
+
+
+def moved(start):
+    """Return the scene with another length, so that there is no code for it."""
+    return replace(SCENE, chain=replace(SCENE.chain, length=(1.0, start)))
+
+
+def test_the_code_of_a_run_may_be_compiled_ahead(monkeypatch):
+    made = []
+
+    def compile_here(*key):
+        made.append((get_ident(), key[4]))
+        return compiled(*key)
+
+    compiled = taylor._compiled._function
+    monkeypatch.setattr(taylor, "_compiled", Memo(compile_here, 8))
+    scene = moved(1.25)
+    with closing(CompilationThread()) as thread:
+        taylor.compile_ahead(thread, scene, "momenta", "double", 9)
+        taylor.compile_ahead(thread, scene, "momenta", "double", 9)
+        while not made:
+            sleep(0.001)
+        found = taylor_run(scene, TIMES, formulation="momenta", order=9, ahead=thread)
+        # There is nothing to do for code that is there.
+        taylor.compile_ahead(thread, scene, "momenta", "double", 9)
+    assert [order for _, order in made] == [9]
+    assert made[0][0] != get_ident()
+    assert np.array_equal(found.q, taylor_run(scene, TIMES, formulation="momenta", order=9).q)
+
+
+class Changing(Effect):
+    """A torque that may be changed between two runs."""
+
+    torque = 1.0
+
+    def loads(self, chain, q, u, t=0.0):
+        return (Torque(1, self.torque),)
+
+
+@pytest.mark.parametrize(("effect", "count"), [(Gravity(), 1), (Changing(), 0)])
+def test_code_for_effects_that_may_change_is_not_compiled_ahead(effect, count):
+    """It would not be found."""
+    requested = []
+    thread = CompilationThread()
+    thread.request = lambda key, work: requested.append(key)
+    scene = replace(moved(1.5), effects=(effect,))
+    taylor.compile_ahead(thread, scene, "momenta", "double", 9)
+    assert len(requested) == count
 
 
 def test_dense_output_repeats_the_run(monkeypatch):

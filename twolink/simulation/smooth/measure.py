@@ -29,6 +29,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -37,6 +38,7 @@ import numpy as np
 from twolink.integration.precisions import PRECISIONS, PrecisionName, longer_than
 from twolink.names import EquationsName
 from twolink.scene import Scene
+from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.shortened import UnseenError
 from twolink.simulation.smooth.corrected import corrected_run
@@ -117,14 +119,15 @@ def measured_run(
     a run to a function that receives its completed share. No step is longer than that of the
     `pace`. Raises `SimulationError` if the scene cannot be integrated to the last time.
     """
-    runs = Runs(scene, times, formulation, progress, pace.longest_step)
-    search = _Search(runs, accuracy, correct, pace.leaving > 0)
-    try:
-        for found in search.attempts():
-            if found.worst <= accuracy:
-                break
-    except UnseenError as error:
-        found = search.unseen(error)
+    with closing(CompilationThread()) as ahead:
+        runs = Runs(scene, times, formulation, progress, pace.longest_step, ahead)
+        search = _Search(runs, accuracy, correct, pace.leaving > 0)
+        try:
+            for found in search.attempts():
+                if found.worst <= accuracy:
+                    break
+        except UnseenError as error:
+            found = search.unseen(error)
     in_runs = sum(run.compile_seconds for run in found.runs)
     return replace(found, compile_seconds=search.compile_seconds + in_runs)
 
@@ -231,6 +234,7 @@ class _Search:
     ) -> tuple[TaylorRun, StepErrors]:
         """Return a new run and its errors, with steps over which errors are carried."""
         for _ in range(_SHORTENINGS):
+            self.runs.expect(precision, order)
             errors = StepErrors(self.runs.scene, self.runs.formulation, precision, evaluated_in)
             self.compile_seconds += errors.compile_seconds
             kept = self.runs.new(precision, order, errors)

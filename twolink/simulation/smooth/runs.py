@@ -11,19 +11,21 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.interruptible import side_by_side
 from twolink.names import EquationsName
 from twolink.scene import Scene
+from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array
 from twolink.simulation.shortened import CheckedRun, shortened_run
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.residuals import residuals_of
-from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, taylor_run
+from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, compile_ahead, taylor_run
 
 
 @dataclass
 class Runs:
     """The runs of a scene at some times (s), none of whose steps is longer than `longest_step` (s).
 
-    `known` are those that may judge others; `made` are all, in the order of their ends. `progress`
-    maps the name of a run to a function that receives its completed share.
+    A thread may compile `ahead`. `known` are those that may judge others; `made` are all, in the
+    order of their ends. `progress` maps the name of a run to a function that receives its completed
+    share.
     """
 
     scene: Scene
@@ -31,6 +33,7 @@ class Runs:
     formulation: EquationsName
     progress: Callable[[str], Callable[[float], None]]
     longest_step: float
+    ahead: CompilationThread = field(default_factory=CompilationThread)
     known: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
     made: list[TaylorRun] = field(default_factory=list)
 
@@ -52,8 +55,14 @@ class Runs:
 
             for order, run in zip(missing, side_by_side(*map(made, missing)), strict=True):
                 self.known[precision, order] = run
+        elif len(missing) > 1:
+            self.expect(precision, missing[-1])
         first, second = (self.run(precision, order) for order in orders)
         return first, second
+
+    def expect(self, precision: PrecisionName, order: int) -> None:
+        """Compile the integrators of a later run ahead of it."""
+        compile_ahead(self.ahead, self.scene, self.formulation, precision, order)
 
     def run(self, precision: PrecisionName, order: int) -> TaylorRun:
         """Return the run of a precision and an order."""
@@ -90,6 +99,7 @@ class Runs:
                 precision=precision,
                 order=order,
                 longest_step=longest,
+                ahead=self.ahead,
                 progress=advance,
                 observe=_together(observe, residuals),
             )

@@ -23,6 +23,8 @@ from twolink.integration.precisions import PRECISIONS, Code, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
+from twolink.simulation.compilation_thread import CompilationThread
+from twolink.simulation.memo import Memo
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.run import MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS, expressions_of
@@ -58,8 +60,8 @@ class TaylorRun(MotionRun):
     @property
     def _code(self) -> _Compiled:
         """The compiled code of this run, recompiled if the run was stored."""
-        return self.compiled or _ready(
-            self.scene, self.formulation, self.precision, self.order, self.code
+        return self.compiled or _compiled(
+            *_key_of(self.scene, self.formulation, self.precision, self.order, self.code)
         )
 
     def dense(self) -> Callable[..., tuple[Any, Any]]:
@@ -97,6 +99,7 @@ def taylor_run(
     order: int | None = None,
     longest_step: float | None = None,
     code: Code | None = None,
+    ahead: CompilationThread | None = None,
     progress: Callable[[float], None] | None = None,
     observe: Observer | None = None,
 ) -> TaylorRun:
@@ -105,8 +108,8 @@ def taylor_run(
     Truncation errors are at round-off, unless a lower `order` is given; `longest_step` (s) caps the
     step. A run that takes too many steps for its `code`, by default the first of the precision,
     begins anew with the next one: only the scene decides which code runs, as their round-off
-    differs. Raises `SimulationError` if the motion cannot be integrated to the last time.
-    `progress` receives the completed share, and `observe` the steps.
+    differs. A thread may compile it `ahead`. Raises `SimulationError` if the motion cannot be
+    integrated to the last time. `progress` receives the completed share, and `observe` the steps.
     """
     cap = longest_step or default_longest_step(scene)
     own = PRECISIONS[precision]
@@ -114,7 +117,10 @@ def taylor_run(
     compile_seconds = 0.0
     for used in own.codes[own.codes.index(code or own.codes[0]) :]:
         start = perf_counter()
-        compiled = _ready(scene, formulation, precision, order, used)
+        key = _key_of(scene, formulation, precision, order, used)
+        if ahead is not None:
+            ahead.wait(key)
+        compiled = _compiled(*key)
         compile_seconds += perf_counter() - start
         start = perf_counter()
         found = compiled.follow(scene, grid, cap, progress, used.steps, observe)
@@ -322,27 +328,40 @@ class _Recorder:
         return found
 
 
-def _ready(
+def compile_ahead(
+    thread: CompilationThread,
+    scene: Scene,
+    formulation: EquationsName,
+    precision: PrecisionName,
+    order: int,
+) -> None:
+    """Compile the integrators of a scene in a thread, unless they are there.
+
+    A run that has the thread waits for them, and finds those of effects that are values.
+    """
+    code, *_ = PRECISIONS[precision].codes
+    key = _key_of(scene, formulation, precision, order, code)
+    _, effects, *_ = key
+    if key not in _compiled and effects.is_value:
+        thread.request(key, functools.partial(_compiled, *key))
+
+
+_Key = tuple[Content, Content, EquationsName, PrecisionName, int, Code]
+
+
+def _key_of(
     scene: Scene,
     formulation: EquationsName,
     precision: PrecisionName,
     order: int | None,
     code: Code,
-) -> _Compiled:
-    """Return the compiled integrators of a scene."""
-    chain = scene.moving_chain
-    return _compiled(
-        Content((chain,)),
-        Content(scene.effects),
-        formulation,
-        precision,
-        order or PRECISIONS[precision].full_order,
-        code,
-    )
+) -> _Key:
+    """Return the arguments of `_compiled` for a scene."""
+    chain, effects = Content((scene.moving_chain,)), Content(scene.effects)
+    return chain, effects, formulation, precision, order or PRECISIONS[precision].full_order, code
 
 
-@functools.lru_cache(maxsize=128)
-def _compiled(
+def _compile(
     chain: Content,
     effects: Content,
     formulation: EquationsName,
@@ -350,7 +369,7 @@ def _compiled(
     order: int,
     code: Code,
 ) -> _Compiled:
-    """Return compiled integrators, cached for scenes that differ only in their start."""
+    """Return compiled integrators, for scenes that differ only in their start."""
     hy = heyoka()
     kind = PRECISIONS[precision].number
     (given,) = chain.objects
@@ -365,3 +384,6 @@ def _compiled(
     )
     operations = len(integrator.decomposition) - 8
     return _Compiled(IntegratorPool(integrator), own, formulation, precision, operations)
+
+
+_compiled = Memo(_compile, 128)
