@@ -121,7 +121,7 @@ ROWS = {
         "equations judging sized",
         "balance changes load_sizes",
         "longest_step pieces",
-        "flows quadrature rates",
+        "flows quadrature rates visited",
         "numeric stiffness taylor",
         "linear",
         "correction defect residuals round_off",

@@ -1,20 +1,25 @@
 """The measured error of smooth motions, against more precise runs, and where it is hardest."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from twolink.arithmetic import exp
 from twolink.chain import Chain
+from twolink.effects import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.integration.precisions import PRECISIONS
+from twolink.loads import motor_loads
 from twolink.scene import Scene
 from twolink.simulation.smooth import measure, prediction
 from twolink.simulation.smooth.corrected import CorrectedRun
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
     MORE_ORDERS,
+    apart,
     difference,
     truncation,
 )
@@ -23,6 +28,7 @@ from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.round_off import MOST_ROUND_OFF, sums
 from twolink.simulation.smooth.runs import Runs
 from twolink.simulation.smooth.taylor import TaylorRun, taylor_run
+from twolink.simulation.smooth.visited import Common
 
 TIMES = np.linspace(0, 10, 41)
 GENERAL = Chain((1.3, 0.8), (1.1, 0.7), ((0.6, 0.1), (0.3, -0.08)), (0.12, 0.03))
@@ -108,7 +114,7 @@ def test_four_more_orders_measure_the_error(order, random):
         start = Scene(hard.chain, tuple(q), tuple(u), 10.0, hard.effects)
         exact = taylor_run(start, TIMES, formulation="kane", precision="long double")
         run, judge = (
-            taylor_run(start, TIMES, formulation="momenta", order=p)
+            taylor_run(start, TIMES, formulation="momenta", order=p, visit=TIMES)
             for p in (order, order + MORE_ORDERS)
         )
         apart = difference(run, judge)
@@ -117,6 +123,50 @@ def test_four_more_orders_measure_the_error(order, random):
         grown = MOST_ROUND_OFF * 1.1e-16 * apart / truncation(order)
         known = MARGIN_OF_JUDGES * apart + sums(judge, TIMES) + grown
         assert np.all(true_errors(judge, exact) <= known)
+
+
+WHIP = Scene(Chain.point_masses((1e-3, 1.0), (1.0, 1.0)), (0.3, 2.5), (0.0, 0.0), 4.0, GRAVITY)
+"""The first link, nearly without mass, turns back within a thousandth of a swing, at 500 rad/s."""
+
+
+@dataclass(frozen=True)
+class Wall(Effect):
+    """A torque that grows by e within two thousandths of a radian."""
+
+    def loads(self, chain, q, u, t=0.0):
+        s = chain.scalar
+        return motor_loads(-s(10.0) * exp((q[0] - s(2.0)) / s(2e-3)), 0.0)
+
+
+WALL = Scene(Chain.uniform_bars(), (0.3, 0.2), (0.0, 0.0), 3.0, (Gravity(), Wall()))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", [WHIP, WALL], ids=["whip", "wall"])
+@pytest.mark.parametrize("samples", [2, 101])
+def test_an_error_that_peaks_between_all_samples_is_measured(start, samples):
+    """The true error was up to 57 times the reported one while runs were compared at samples."""
+    times = np.linspace(0.0, start.duration, samples)
+    ends = measured(start, 1e-9, times).kept
+    finest = ends.raw if isinstance(ends, CorrectedRun) else ends
+    steps = finest.visited.ends
+    shortest = np.argsort(np.diff(steps))[:60]
+    places = np.unique([*steps[shortest], *(steps[shortest] + steps[shortest + 1]) / 2])
+    places = np.unique([0.0, *places, start.duration])
+    exact = taylor_run(start, places, formulation="kane", precision="quadruple", longest_step=0.05)
+    for digits in (3, 5, 7, 9, 11):
+        found = measured(start, 10.0**-digits, times)
+        q, u = found.kept.dense()(places)
+        true = max(apart(q, exact.q).max(), apart(u, exact.u).max())
+        assert found.worst <= 10.0**-digits
+        assert true <= found.worst
+
+
+def test_the_round_off_of_values_between_all_samples_counts():
+    """The fastest turn is between them."""
+    found = measured(WHIP, 1e-11, np.array([0.0, 4.0]))
+    assert np.abs(found.kept.u.astype(float)).max() < 100.0
+    assert found.errors[-1] > 400.0 * np.finfo(float).eps
 
 
 def test_a_judge_is_the_result_if_only_it_has_the_accuracy():
@@ -210,7 +260,7 @@ def test_an_accuracy_that_a_raw_run_has_needs_no_correction():
 
 def test_the_round_off_that_two_runs_share_is_in_the_error(monkeypatch):
     """Two runs that are equal by chance, or by symmetry, still have the round-off of their sums."""
-    monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
+    monkeypatch.setattr(Common, "until", lambda common, times: np.zeros(len(times)))
     found = measured(HARD["reference"], 1e-9)
     assert 2e-16 < found.errors[0] < 1e-14
     assert 1e-13 < found.errors[-1] < 1e-11
@@ -222,9 +272,8 @@ def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
     made = Runs(HARD["reference"], TIMES, "momenta", quiet, 1.0)
     search = measure._Search(made, 1e-8, True, False)
     next(search._judged_by_order("double"))
-    monkeypatch.setattr(measure, "difference", lambda first, second: np.zeros(len(TIMES)))
-    runs = made.run("double", 15), made.run("double", 19)
-    equal = search._judged(search._compared(*runs), 2.0)
+    monkeypatch.setattr(Common, "until", lambda common, times: np.zeros(len(times)))
+    equal = search._judged(search._compared(*made.pair("double", (15, 19))), 2.0)
     monkeypatch.undo()
     exact = taylor_run(HARD["reference"], TIMES, formulation="kane", precision="long double")
     assert np.all(true_errors(made.run("double", 19), exact) <= equal)

@@ -1,9 +1,10 @@
 """Round-off that runs of one precision share."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import pytest
 
 from twolink.chain import Chain
 from twolink.effects import Effect
@@ -11,7 +12,13 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.loads import motor_loads
 from twolink.scene import Scene
-from twolink.simulation.smooth.round_off import LoadsAlong, conversions, rounding, sums
+from twolink.simulation.smooth.round_off import (
+    LoadsAlong,
+    conversions,
+    rounding,
+    rounding_until,
+    sums,
+)
 from twolink.simulation.smooth.taylor import taylor_run
 
 TIMES = np.linspace(0.0, 3.0, 1001)
@@ -34,7 +41,7 @@ class Burst(Effect):
 
 def errors_of(*effects):
     scene = Scene(Chain.uniform_bars(), (0.3, -0.2), (0.1, 0.4), 3.0, effects)
-    run = taylor_run(scene, TIMES, formulation="momenta", order=15)
+    run = taylor_run(scene, TIMES, formulation="momenta", order=15, visit=TIMES)
     return run, LoadsAlong.along(run, TIMES).errors(run, TIMES, GROWN)
 
 
@@ -61,7 +68,7 @@ def test_a_short_burst_of_terms_that_cancel_is_seen():
 def test_sums_are_rounded_once_for_each_step():
     run, _ = errors_of(Gravity())
     least = np.finfo(float).eps / 2 * run.steps * np.abs(run.q).max()
-    assert sums(run, TIMES)[-1] > conversions(run)[-1] + least
+    assert sums(run, TIMES)[-1] > conversions(run, TIMES)[-1] + least
     assert sums(run, TIMES)[0] < sums(run, TIMES)[-1]
 
 
@@ -69,3 +76,15 @@ def test_values_are_rounded_by_the_largest_so_far():
     run, _ = errors_of(Gravity())
     sizes = np.abs(np.concatenate([run.q, run.u])).max(axis=0)
     assert np.array_equal(rounding(run), np.finfo(float).eps * np.maximum.accumulate(sizes))
+
+
+def test_values_between_the_times_count_as_well():
+    """They may be larger: here the chain turns back between the only two samples."""
+    run, _ = errors_of(Gravity())
+    two = replace(run, q=run.q[:, [0, -1]], u=run.u[:, [0, -1]])
+    ends = TIMES[[0, -1]]
+    assert np.array_equal(rounding_until(two, ends)[-1], rounding_until(run, TIMES)[-1])
+    assert rounding_until(two, ends)[-1] > rounding(two)[-1]
+    assert np.all(rounding_until(run, TIMES) >= rounding(run))
+    for bound in (conversions, sums):
+        assert bound(two, ends)[-1] == pytest.approx(bound(run, TIMES)[-1], rel=1e-12)

@@ -29,7 +29,7 @@ def test_two_runs_in_113_bits_are_made_in_two_threads(monkeypatch, precision, th
     monkeypatch.setattr(module, "taylor_run", made)
     short, times = replace(SCENE, duration=0.2), np.linspace(0.0, 0.2, 5)
     runs = Runs(short, times, "momenta", lambda name: lambda share: None, 0.1)
-    found = runs.pair(precision, (21, 25))
+    *found, apart = runs.pair(precision, (21, 25))
     assert len(used) == threads
     assert (get_ident() in used) == (threads == 1)
     assert len(runs.made) == 2
@@ -41,7 +41,9 @@ def test_two_runs_in_113_bits_are_made_in_two_threads(monkeypatch, precision, th
         assert run.order == order
         assert np.array_equal(run.q, alone.q)
         assert np.array_equal(run.u, alone.u)
-    assert runs.pair(precision, (21, 25)) == found
+    first, second, again = runs.pair(precision, (21, 25))
+    assert [first, second] == found
+    assert np.array_equal(again.apart, apart.apart)
 
 
 @pytest.mark.parametrize(
@@ -58,6 +60,34 @@ def test_the_second_of_two_runs_is_compiled_beside_the_first(monkeypatch, precis
     monkeypatch.setattr(runs, "expect", lambda precision, order: requested.append(order))
     runs.pair(precision, (11, 15))
     assert requested == ahead
+
+
+@pytest.mark.parametrize(("precision", "orders"), [("double", (9, 13)), ("quadruple", (25, 29))])
+def test_two_runs_are_compared_in_each_step(precision, orders):
+    """The tip of a light first link turns back in a thousandth of a swing."""
+    whip = Scene(Chain.point_masses((1e-3, 1.0), (1.0, 1.0)), (0.3, 2.5), (0.0, 0.0), 2.4,
+                 (Gravity(),))  # fmt: skip
+    runs = Runs(whip, np.linspace(0.0, 2.4, 5), "momenta", lambda name: lambda share: None, 0.1)
+    first, second, common = runs.pair(precision, orders)
+    assert common.resolves(first.visited)
+    # Where one was made before the ends of the other's steps were known, it is made again.
+    assert len(runs.made) == (2 if precision == "double" else 4)
+    shortest = np.diff(first.visited.ends).min()
+    assert shortest < 0.02 * np.diff(first.visited.ends).max()
+    assert np.diff(common.times).min() <= shortest
+    seen = np.abs(first.visited.sizes[1]).max()
+    assert seen > 3 * max(np.abs(first.q.astype(float)).max(), np.abs(first.u.astype(float)).max())
+    for run in (first, second):
+        assert run.q.shape == (2, 5)
+
+
+def test_runs_visit_the_ends_of_the_last_one_in_double_precision():
+    runs = Runs(SCENE, TIMES, "momenta", lambda name: lambda share: None, 0.1)
+    first, second = (runs.run("double", order) for order in (9, 13))
+    assert set(first.visited.ends) <= set(second.visited.times)
+    third = runs.new("quadruple", 25)
+    middles = (second.visited.ends[1:] + second.visited.ends[:-1]) / 2
+    assert {*second.visited.ends, *middles} <= set(third.visited.times)
 
 
 def test_an_interrupted_run_in_113_bits_ends_the_other():

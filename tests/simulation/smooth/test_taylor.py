@@ -20,6 +20,7 @@ from twolink.scene import Scene
 from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.memo import Memo
 from twolink.simulation.smooth import taylor
+from twolink.simulation.smooth.judging import apart
 from twolink.simulation.smooth.taylor import taylor_run
 
 SCENE = Scene(Chain.uniform_bars(), (0.3, 0.5), (0.2, -0.1), 5.0, (Gravity(),))
@@ -102,6 +103,40 @@ def test_a_run_of_too_many_steps_for_its_code_begins_anew_with_the_next(monkeypa
     assert found.code == codes[used]
     assert begun.count(0.0) == used + 1
     assert run(code=codes[used]).code == codes[used]
+
+
+@pytest.mark.parametrize("observed", [False, True])
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_the_ends_of_steps_are_known(precision, observed):
+    observe = (lambda steps: None) if observed else None
+    found = run(precision=precision, order=15, visit=np.array([0.05, 0.1]), observe=observe)
+    visited = found.visited
+    assert np.array_equal(found.q, run(precision=precision, order=15).q)
+    assert {0.05, 0.1, *TIMES} == set(visited.times)
+    expected = found.step_times()[:-1] if observed else found.step_times()[1:]
+    assert np.array_equal(visited.ends, expected)
+    assert visited.exact == (precision == "double")
+    at_ends = np.concatenate(found.dense()(visited.ends))
+    # The times of integrators have more digits than float64, and accelerations are up to 30 rad/s².
+    assert apart(at_ends, visited.at_ends).max() <= 30 * np.spacing(5.0)
+
+
+def test_of_very_many_steps_some_ends_are_kept(monkeypatch):
+    check_often(monkeypatch, "double")
+    monkeypatch.setattr(taylor, "_MOST_ENDS", 20)
+    found = run(visit=TIMES)
+    ends = found.visited.ends
+    every = found.step_times()[1:]
+    assert len(every) > 80
+    assert 10 <= len(ends) <= 20
+    # The starts of parts are rounded.
+    nearest = np.abs(ends[:, None] - every).min(axis=1)
+    assert nearest.max() < 1e-12
+    assert np.diff(ends).max() < 12 * np.diff(every).max()
+
+
+def test_bare_runs_do_not_know_the_ends_of_their_steps():
+    assert run().visited is None
 
 
 def moved(start):

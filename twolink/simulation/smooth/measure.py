@@ -47,7 +47,6 @@ from twolink.simulation.smooth.judging import (
     MARGIN_OF_LIKE_PRECISIONS,
     MARGIN_OF_ORDERS,
     MORE_ORDERS,
-    difference,
     truncation,
 )
 from twolink.simulation.smooth.longest_step import Pace
@@ -55,12 +54,13 @@ from twolink.simulation.smooth.prediction import Prediction
 from twolink.simulation.smooth.round_off import (
     LoadsAlong,
     conversions,
-    rounding,
+    rounding_until,
     sums,
 )
 from twolink.simulation.smooth.runs import Runs
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import TaylorRun
+from twolink.simulation.smooth.visited import Common
 
 # The part of the accuracy for the expected round-off of a run above which its defect is evaluated
 # in longer numbers at once: above it, the round-off of its own precision leaves too little room in
@@ -161,8 +161,8 @@ class _Search:
                 yield from self._judged_by_defect(precision, noise)
         # The finest run: the difference is the error of the coarser one, which is larger.
         orders = PRECISIONS[last].full_order, PRECISIONS[last].truncated_order
-        finest, other = self.runs.pair(last, orders)
-        compared = self._compared(finest, other)
+        finest, other, apart = self.runs.pair(last, orders)
+        compared = self._compared(finest, other, apart)
         yield self._of(finest, self._judged(compared, MARGIN_OF_LIKE_PRECISIONS))
 
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
@@ -175,8 +175,8 @@ class _Search:
             order = min(order, truncated - MORE_ORDERS)
         while order <= truncated:
             order = self._cheapest_pair(precision, order, truncated)
-            kept, judge = self.runs.pair(precision, (order, order + MORE_ORDERS))
-            compared = self._compared(kept, judge)
+            kept, judge, apart = self.runs.pair(precision, (order, order + MORE_ORDERS))
+            compared = self._compared(kept, judge, apart)
             errors = self._judged(compared, MARGIN_OF_ORDERS)
             grown = errors / MARGIN_OF_ORDERS / truncation(order)
             self.prediction = self.prediction.learned(grown)
@@ -222,7 +222,10 @@ class _Search:
                     if finer is not None:
                         self.compile_seconds += finer.compile_seconds
                         yield from self._by_errors(kept, finer)
-            if self._is_vain(precision, noise) or conversions(kept).max() > self.accuracy:
+            if (
+                self._is_vain(precision, noise)
+                or conversions(kept, self.runs.times).max() > self.accuracy
+            ):
                 return
             # Beyond that, the error is the round-off of the run.
             least = max(truncation(order), own.rounding / _PESSIMISM)
@@ -245,17 +248,21 @@ class _Search:
 
     def _by_errors(self, kept: TaylorRun, errors: StepErrors) -> Iterator[Measured]:
         """Yield a run with its errors, and the corrected one if it has the accuracy."""
-        yield self._of(kept, errors.at(self.runs.times) + conversions(kept))
-        left = errors.corrected_at(self.runs.times) + conversions(kept)
+        yield self._of(kept, errors.at(self.runs.times) + conversions(kept, self.runs.times))
+        left = errors.corrected_at(self.runs.times) + conversions(kept, self.runs.times)
         if self.correct and errors.is_kept and left.max() <= self.accuracy:
             run = corrected_run(kept, self.runs.times, errors.correction(), errors.evaluated_in)
-            yield self._of(run, left)
+            yield self._of(kept, left, run)
 
-    def _of(self, kept: MotionRun, errors: Array) -> Measured:
-        """Return a run with its errors, those of values in float64 included, beside all runs."""
+    def _of(self, kept: TaylorRun, errors: Array, result: MotionRun | None = None) -> Measured:
+        """Return a run, or a result that is made from it, with its errors, beside all runs.
+
+        Those of values in float64 are included.
+        """
         # An error that is not a number is unknown.
         known = np.nan_to_num(errors, nan=math.inf, posinf=math.inf)
-        return Measured(kept, known + rounding(kept), tuple(self.runs.made))
+        rounded = rounding_until(kept, self.runs.times)
+        return Measured(result or kept, known + rounded, tuple(self.runs.made))
 
     def unseen(self, error: UnseenError) -> Measured:
         """Return a run whose steps pass a change of the loads: its error is unknown."""
@@ -267,9 +274,9 @@ class _Search:
         most = _OF_ROUND_OFF[precision] if self.correct else _OF_RAW_ROUND_OFF
         return noise > most * self.accuracy
 
-    def _compared(self, kept: TaylorRun, judge: TaylorRun) -> _Compared:
+    def _compared(self, kept: TaylorRun, judge: TaylorRun, common: Common) -> _Compared:
         """Return the difference of two runs of one precision, and the round-off of both."""
-        apart = difference(kept, judge)
+        apart = common.until(self.runs.times)
         if self.loads is None:
             self.loads = LoadsAlong.along(kept, self.runs.times)
         grown = apart / truncation(min(kept.order, judge.order))

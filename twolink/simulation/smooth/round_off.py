@@ -18,6 +18,7 @@ from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.load_sizes import ForceSizes, force_sizes
 from twolink.simulation.smooth.taylor import TaylorRun
+from twolink.simulation.smooth.visited import Visited, largest_until
 
 MOST_ROUND_OFF = 16
 """The error that round-off leaves, in roundings times the growth, of motions where it is large."""
@@ -39,9 +40,19 @@ def rounding(run: Any) -> Array:
     return np.asarray(np.finfo(float).eps * np.maximum.accumulate(sizes))
 
 
-def conversions(run: TaylorRun) -> Array:
-    """Return the round-off (rad, rad/s) of values, which are converted from momenta and back."""
-    return _of_conversions(run, _roundings(run))
+def rounding_until(run: TaylorRun, times: Array) -> Array:
+    """Return `rounding` up to each time (s), also of the largest values between them."""
+    places, values = _visited(run).sizes
+    sizes = np.abs(values).max(axis=0)
+    return np.asarray(np.finfo(float).eps * largest_until(times, places, sizes))
+
+
+def conversions(run: TaylorRun, times: Array) -> Array:
+    """Return the round-off (rad, rad/s) of values up to each time (s), shape (n,).
+
+    They are converted from momenta and back.
+    """
+    return _of_conversions(run, _largest_roundings(run, times))
 
 
 def sums(run: TaylorRun, times: Array) -> Array:
@@ -49,20 +60,17 @@ def sums(run: TaylorRun, times: Array) -> Array:
 
     Runs share that of the first speeds, which move the angles in proportion to the time.
     """
-    roundings = _roundings(run)
+    largest = _largest_roundings(run, times)
     count = run.steps * times / float(times[-1])
-    return np.asarray(
-        _of_conversions(run, roundings)
-        + _largest(roundings) * count
-        + roundings[2:, 0].max() * times
-    )
+    of_speeds = _roundings(run, run.q[:, :1].astype(float), run.u[:, :1].astype(float))[2:].max()
+    return np.asarray(_of_conversions(run, largest) + largest * count + of_speeds * times)
 
 
-def _of_conversions(run: TaylorRun, roundings: Array) -> Array:
-    """Return the round-off of conversions from that of values, shape (4, n)."""
+def _of_conversions(run: TaylorRun, largest: Array) -> Array:
+    """Return the round-off of conversions from that of the largest values, shape (n,)."""
     begun = np.concatenate([run.q[:, 0], run.u[:, 0]]).astype(float)
     converted = np.abs(begun - [*run.scene.q, *run.scene.u]).max()
-    return np.asarray(converted + A_VALUE * _largest(roundings))
+    return np.asarray(converted + A_VALUE * largest)
 
 
 class LoadsAlong(NamedTuple):
@@ -120,13 +128,20 @@ def _rates_of_loads(
     return (sizes.excess + sizes.spread).max(axis=0) / size, size
 
 
-def _largest(roundings: Array) -> Array:
-    """Return a rounding of the largest value (rad, rad/s) up to each time."""
-    return np.asarray(np.maximum.accumulate(roundings.max(axis=0)))
+def _largest_roundings(run: TaylorRun, times: Array) -> Array:
+    """Return a rounding of the largest value (rad, rad/s) up to each time (s), shape (n,)."""
+    places, values = _visited(run).sizes
+    sizes = _roundings(run, values[:2], values[2:]).max(axis=0)
+    return largest_until(times, places, sizes)
 
 
-def _roundings(run: TaylorRun) -> Array:
-    """Return the round-off (rad, rad/s) of q and u at each time, shape (4, n)."""
-    q, u = run.q.astype(float), run.u.astype(float)
-    speeds = EQUATIONS[run.formulation].rounded_speeds(run.scene.moving_chain.convert(float), q, u)
+def _roundings(run: TaylorRun, q: Array, u: Array) -> Array:
+    """Return the round-off (rad, rad/s) of q and u, each of shape (2, n), shape (4, n)."""
+    chain = run.scene.moving_chain.convert(float)
+    speeds = EQUATIONS[run.formulation].rounded_speeds(chain, q, u)
     return np.asarray(PRECISIONS[run.precision].rounding * np.concatenate([np.abs(q), speeds]))
+
+
+def _visited(run: TaylorRun) -> Visited:
+    assert run.visited is not None
+    return run.visited

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from twolink.effects import is_built_in
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.interruptible import side_by_side
@@ -17,6 +19,8 @@ from twolink.simulation.shortened import CheckedRun, shortened_run
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, compile_ahead, taylor_run
+from twolink.simulation.smooth.visited import Common, Visited, compared, with_middles
+from twolink.times import merged
 
 
 @dataclass
@@ -24,8 +28,8 @@ class Runs:
     """The runs of a scene at some times (s), none of whose steps is longer than `longest_step` (s).
 
     A thread may compile `ahead`. `known` are those that may judge others; `made` are all, in the
-    order of their ends. `progress` maps the name of a run to a function that receives its completed
-    share.
+    order of their ends. All `visit` the ends (s) of the steps of the last one in double precision.
+    `progress` maps the name of a run to a function that receives its completed share.
     """
 
     scene: Scene
@@ -36,11 +40,12 @@ class Runs:
     ahead: CompilationThread = field(default_factory=CompilationThread)
     known: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
     made: list[TaylorRun] = field(default_factory=list)
+    visit: Array = field(default_factory=lambda: np.zeros(0))
 
     def pair(
         self, precision: PrecisionName, orders: tuple[int, int]
-    ) -> tuple[TaylorRun, TaylorRun]:
-        """Return the runs of two orders.
+    ) -> tuple[TaylorRun, TaylorRun, Common]:
+        """Return the runs of two orders, and their difference in each step of the first one.
 
         Those of the longest precision are made in a thread each, as their steps need no
         interpreter, unless the first could shorten the steps of the second.
@@ -58,7 +63,12 @@ class Runs:
         elif len(missing) > 1:
             self.expect(precision, missing[-1])
         first, second = (self.run(precision, order) for order in orders)
-        return first, second
+        found = compared(_visited(first), _visited(second))
+        if not found.resolves(_visited(first)):
+            self.visit = merged(self.visit, _visited(first).ends)
+            first, second = (self.again(precision, order) for order in orders)
+            found = compared(_visited(first), _visited(second))
+        return first, second, found
 
     def expect(self, precision: PrecisionName, order: int) -> None:
         """Compile the integrators of a later run ahead of it."""
@@ -67,9 +77,12 @@ class Runs:
     def run(self, precision: PrecisionName, order: int) -> TaylorRun:
         """Return the run of a precision and an order."""
         key = precision, order
-        if key not in self.known:
-            self.known[key] = self.new(precision, order)
-        return self.known[key]
+        return self.known[key] if key in self.known else self.again(precision, order)
+
+    def again(self, precision: PrecisionName, order: int) -> TaylorRun:
+        """Return a new run of a precision and an order, which replaces the last one."""
+        self.known[precision, order] = self.new(precision, order)
+        return self.known[precision, order]
 
     def new(
         self,
@@ -80,8 +93,11 @@ class Runs:
     ) -> TaylorRun:
         """Return a new run of a precision and an order, with steps that pass no change of loads.
 
-        It calls `go_on` now and then. Raises `UnseenError` if even the shortest steps do.
+        Later runs visit the ends of its steps. It calls `go_on` now and then. Raises `UnseenError`
+        if even the shortest steps do.
         """
+        # Steps of another order and of longer numbers end elsewhere.
+        visit = self.visit if precision == "double" else with_middles(self.visit)
         residuals = residuals_of(self.scene, self.formulation)
         report = self.progress(f"order {order}, {precision}")
 
@@ -99,6 +115,7 @@ class Runs:
                 precision=precision,
                 order=order,
                 longest_step=longest,
+                visit=visit,
                 ahead=self.ahead,
                 progress=advance,
                 observe=_together(observe, residuals),
@@ -108,7 +125,14 @@ class Runs:
 
         shortest = self.scene.duration / MOST_STEPS
         run: TaylorRun = shortened_run(self.longest_step, shortest, made)
+        if precision == "double":
+            self.visit = _visited(run).ends
         return run
+
+
+def _visited(run: TaylorRun) -> Visited:
+    assert run.visited is not None
+    return run.visited
 
 
 def _together(*observers: Observer | None) -> Observer | None:

@@ -26,10 +26,15 @@ from twolink.scene import Scene
 from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.memo import Memo
 from twolink.simulation.pool import IntegratorPool
-from twolink.simulation.run import MotionRun
+from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.smooth.equations import EQUATIONS, expressions_of
 from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.visited import Visited
+from twolink.times import merged
 from twolink.values import Content
+
+# The most ends of steps that are kept of a run. Of longer ones every second, fourth … is kept.
+_MOST_ENDS = 400_000
 
 # Steps that are observed together. Numbers of so many are still in the cache of a core when they
 # are used again; five times as many took 1.6 to 3.4 times as long for each step.
@@ -47,10 +52,14 @@ def heyoka_is_here() -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class TaylorRun(MotionRun):
-    """A motion without events, by one run of one integrator, `compiled` for it to some code."""
+    """A motion without events, by one run of one integrator, `compiled` for it to some code.
+
+    It has the motion at the times that were `visited` if this was requested.
+    """
 
     compiled: _Compiled | None = field(repr=False, compare=False)
     code: Code
+    visited: Visited | None = field(default=None, repr=False, compare=False)
 
     @property
     def arithmetic(self) -> Operations:
@@ -99,6 +108,7 @@ def taylor_run(
     order: int | None = None,
     longest_step: float | None = None,
     code: Code | None = None,
+    visit: Array | None = None,
     ahead: CompilationThread | None = None,
     progress: Callable[[float], None] | None = None,
     observe: Observer | None = None,
@@ -108,12 +118,14 @@ def taylor_run(
     Truncation errors are at round-off, unless a lower `order` is given; `longest_step` (s) caps the
     step. A run that takes too many steps for its `code`, by default the first of the precision,
     begins anew with the next one: only the scene decides which code runs, as their round-off
-    differs. A thread may compile it `ahead`. Raises `SimulationError` if the motion cannot be
+    differs. With times to `visit` (s) the run has its motion there and at the ends of its steps. A
+    thread may compile it `ahead`. Raises `SimulationError` if the motion cannot be
     integrated to the last time. `progress` receives the completed share, and `observe` the steps.
     """
     cap = longest_step or default_longest_step(scene)
     own = PRECISIONS[precision]
-    grid = own.array(times)
+    every = times if visit is None else merged(times, visit)
+    grid = own.array(every)
     compile_seconds = 0.0
     for used in own.codes[own.codes.index(code or own.codes[0]) :]:
         start = perf_counter()
@@ -123,18 +135,23 @@ def taylor_run(
         compiled = _compiled(*key)
         compile_seconds += perf_counter() - start
         start = perf_counter()
-        found = compiled.follow(scene, grid, cap, progress, used.steps, observe)
+        found = compiled.follow(scene, grid, cap, progress, used.steps, observe, visit is not None)
         run_seconds = perf_counter() - start
         if found is not None:
             break
     assert found is not None
+    visited, place = None, slice(None)
+    if visit is not None:
+        exact = own.number is float
+        visited = Visited(every, np.concatenate([found.q, found.u]), *found.ends, exact)
+        place = np.searchsorted(every, times)
     return TaylorRun(
         scene=scene,
         formulation=formulation,
         precision=precision,
         longest_step=cap,
-        q=found.q,
-        u=found.u,
+        q=found.q[:, place],
+        u=found.u[:, place],
         steps=found.steps,
         order=compiled.pool.original.order,
         operations=compiled.operations,
@@ -142,6 +159,7 @@ def taylor_run(
         run_seconds=run_seconds,
         compiled=compiled,
         code=used,
+        visited=visited,
     )
 
 
@@ -175,11 +193,15 @@ Observer = Callable[[Steps], None]
 
 
 class _Followed(NamedTuple):
-    """q and u at the requested times, each of shape (2, n), and the number of steps."""
+    """q and u at the requested times, each of shape (2, n), and the number of steps.
+
+    The `ends` of steps (s) and the values there, shape (4, m), are empty unless they are requested.
+    """
 
     q: Any
     u: Any
     steps: int
+    ends: tuple[Array, Any]
 
 
 @dataclass(frozen=True)
@@ -200,8 +222,11 @@ class _Compiled:
         progress: Callable[[float], None] | None,
         most: float = math.inf,
         observe: Observer | None = None,
+        visits: bool = False,
     ) -> _Followed | None:
         """Return the motion at the times of a grid (s), or None if it takes `most` steps.
+
+        With `visits` it has the ends of steps.
 
         No step is longer than `cap` (s). Raises `IntegrationError` if the motion cannot be
         integrated to the last time.
@@ -212,23 +237,36 @@ class _Compiled:
         with self.pool.lend() as integrator:
             self._start(integrator, scene)
             recorder = None if observe is None else _Recorder(integrator)
-            parts = parts_of_run(integrator, self.precision, grid, cap, recorder)
+            ends = _Ends(integrator) if visits else None
+            note = recorder or (None if ends is None else ends.note)
+            parts = parts_of_run(integrator, self.precision, grid, cap, note)
             for outcome, taken, known in parts:
                 rows.append(known)
                 steps += taken
                 if observe is not None and recorder is not None and taken:
-                    for portion in recorder.steps().portions():
+                    observed = recorder.steps()
+                    for portion in observed.portions():
                         observe(portion)
+                    if ends is not None:
+                        ends.add(observed.starts, observed.coefficients[:, :, 0])
+                if ends is not None:
+                    ends.take()
                 if outcome == outcomes.step_limit and steps >= most:
                     return None
                 if outcome == outcomes.step_limit and progress is not None:
                     progress(float(integrator.time) / scene.duration)
             reached = float(integrator.time)
         check_arrival(outcome, reached, scene.duration)
-        variables = np.concatenate(rows).T
+        q, u = self._motion(np.concatenate(rows).T)
+        visited = np.zeros(0), np.concatenate([q, u])[:, :0]
+        if ends is not None:
+            visited = ends.times, np.concatenate(self._motion(ends.states.T))
+        return _Followed(q, u, steps, visited)
+
+    def _motion(self, variables: Any) -> tuple[Any, Any]:
+        """Return q and u from the variables, shape (4, n)."""
         to_speeds = EQUATIONS[self.formulation].to_speeds
-        speeds = np.array(to_speeds(self.chain, variables[:2], variables[2:]))
-        return _Followed(variables[:2], speeds, steps)
+        return variables[:2], np.array(to_speeds(self.chain, variables[:2], variables[2:]))
 
     def step_times(self, scene: Scene, cap: float) -> Any:
         """Return the boundaries (s) of the steps of a motion, none longer than `cap` (s)."""
@@ -288,6 +326,47 @@ def parts_of_run(
             reached = ahead[0] - own.number(own.rounding) * ahead[0]
         integrator.time = reached
         ahead, begun = np.concatenate([own.array([reached]), ahead]), 1
+
+
+class _Ends:
+    """The ends of the steps of a run: `times` (s) in float64, and `states`, shape (n, 4).
+
+    `note` is a callback of heyoka's integrators, for runs that are not recorded otherwise.
+    """
+
+    def __init__(self, integrator: Any) -> None:
+        """Store an integrator at the start of its run."""
+        state = integrator.state
+        self._kind, self._stride = state.dtype, 1
+        self.times, self.states = np.zeros(0), np.zeros((0, 4), self._kind)
+        noted: tuple[list[Any], list[bytes]] = [], []
+        note_time, note_state, copied = noted[0].append, noted[1].append, state.tobytes
+        self._noted = noted
+
+        def note(integrator: Any) -> bool:
+            note_time(integrator.time)
+            note_state(copied())
+            return True
+
+        self.note = note
+
+    def take(self) -> None:
+        """Add the ends that were noted."""
+        times, states = self._noted
+        if times:
+            joined: Any = np.ndarray((len(times), 4), self._kind, b"".join(states))
+            self.add(np.array(times, self._kind), joined)
+            times.clear()
+            states.clear()
+
+    def add(self, times: Any, states: Any) -> None:
+        """Add ends, of which only some are kept if they are very many."""
+        kept = slice(None, None, self._stride)
+        self.times = np.concatenate([self.times, times[kept].astype(float)])
+        self.states = np.concatenate([self.states, states[kept]])
+        if len(self.times) > _MOST_ENDS:
+            self.times, self.states = self.times[::2], self.states[::2]
+            self._stride *= 2
 
 
 class _Recorder:
