@@ -22,8 +22,8 @@ class Visited:
     """The motion of a run at some `times` (s), and at the `ends` of its steps (s), both rising.
 
     The `values` of q and u, shape (4, n), and those `at_ends`, shape (4, m), are in numbers of the
-    run, and all times in float64. Ends are rounded to it: in a run whose own numbers are longer this
-    changes its values, in others it is a rounding of theirs, and the ends are `exact`.
+    run, and all times in float64. Ends are rounded to it: where the numbers of a run are longer
+    this changes its values, in others it is a rounding of theirs, and the ends are `exact`.
     """
 
     times: Array
@@ -34,7 +34,7 @@ class Visited:
 
     @property
     def known(self) -> tuple[Array, Any]:
-        """The times (s) at which the motion is known in its own precision, rising; q and u there."""
+        """The times (s) at which the motion is known in its precision, rising; q and u there."""
         if not self.exact:
             return self.times, self.values
         return _sorted(self.times, self.values, self.ends, self.at_ends)
