@@ -18,7 +18,7 @@ from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.load_sizes import ForceSizes, force_sizes
 from twolink.simulation.smooth.taylor import TaylorRun
-from twolink.simulation.smooth.visited import Visited, largest_until
+from twolink.simulation.smooth.visited import Visited
 
 MOST_ROUND_OFF = 16
 """The error that round-off leaves, in roundings times the growth, of motions where it is large."""
@@ -42,9 +42,8 @@ def rounding(run: Any) -> Array:
 
 def rounding_until(run: TaylorRun, times: Array) -> Array:
     """Return `rounding` up to each time (s), also of the largest values between them."""
-    places, values = _visited(run).sizes
-    sizes = np.abs(values).max(axis=0)
-    return np.asarray(np.finfo(float).eps * largest_until(times, places, sizes))
+    sizes = _visited(run).largest(times, lambda values: np.abs(values).max(axis=0))
+    return np.asarray(np.finfo(float).eps * sizes)
 
 
 def conversions(run: TaylorRun, times: Array) -> Array:
@@ -130,9 +129,9 @@ def _rates_of_loads(
 
 def _largest_roundings(run: TaylorRun, times: Array) -> Array:
     """Return a rounding of the largest value (rad, rad/s) up to each time (s), shape (n,)."""
-    places, values = _visited(run).sizes
-    sizes = _roundings(run, values[:2], values[2:]).max(axis=0)
-    return largest_until(times, places, sizes)
+    return _visited(run).largest(
+        times, lambda values: _roundings(run, values[:2], values[2:]).max(axis=0)
+    )
 
 
 def _roundings(run: TaylorRun, q: Array, u: Array) -> Array:

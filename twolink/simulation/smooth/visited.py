@@ -7,6 +7,7 @@ show it. A step is as short as a seventh of the radius of convergence of the ser
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -32,48 +33,54 @@ class Visited:
     at_ends: Any
     exact: bool
 
-    @property
-    def known(self) -> tuple[Array, Any]:
-        """The times (s) at which the motion is known in its precision, rising; q and u there."""
-        if not self.exact:
-            return self.times, self.values
-        return _sorted(self.times, self.values, self.ends, self.at_ends)
+    def largest(self, times: Array, sizes: Callable[[Array], Array]) -> Array:
+        """Return the largest size up to each time (s), shape (n,), between the times as well.
 
-    @property
-    def sizes(self) -> tuple[Array, Array]:
-        """All times (s), rising, and q and u there in float64, shape (4, n + m)."""
-        values, at_ends = (each.astype(float) for each in (self.values, self.at_ends))
-        return _sorted(self.times, values, self.ends, at_ends)
-
-
-def _sorted(times: Array, values: Any, more: Array, other: Any) -> tuple[Array, Any]:
-    """Return two arrays of times in one order, and the values that belong to them."""
-    every = np.concatenate([times, more])
-    order = every.argsort(kind="stable")
-    return every[order], np.concatenate([values, other], axis=1)[:, order]
+        `sizes` are those of q and u in float64, shape (4, m) to shape (m,).
+        """
+        count = len(self.times)
+        values = np.concatenate([self.values.astype(float), self.at_ends.astype(float)], axis=1)
+        found = sizes(values)
+        return np.maximum(
+            largest_until(times, self.times, found[:count]),
+            largest_until(times, self.ends, found[count:]),
+        )
 
 
-def largest_until(times: Array, places: Array, values: Array) -> Array:
-    """Return the largest of the values at rising places (s) up to each time (s), shape (n,)."""
-    last = np.searchsorted(places, times, side="right") - 1
-    return np.asarray(np.maximum.accumulate(values)[np.maximum(last, 0)])
+def largest_until(times: Array, places: Array, sizes: Array) -> Array:
+    """Return the largest of the sizes at rising places (s) up to each time (s), shape (n,).
+
+    It is 0 before the first place.
+    """
+    last = np.searchsorted(places, times, side="right")
+    return np.asarray(np.concatenate([[0.0], np.maximum.accumulate(sizes)])[last])
 
 
 class Common(NamedTuple):
-    """The times (s) at which two runs are known, rising, and their differences (rad, rad/s)."""
+    """The differences (rad, rad/s) of two runs at the times (s) at which both are known.
+
+    At those at which they were evaluated, and at the ends of steps, both rising.
+    """
 
     times: Array
     apart: Array
+    ends: Array
+    apart_at_ends: Array
 
     def until(self, times: Array) -> Array:
         """Return the largest difference up to each time (s), shape (n,)."""
-        return largest_until(times, self.times, self.apart)
+        return np.maximum(
+            largest_until(times, self.times, self.apart),
+            largest_until(times, self.ends, self.apart_at_ends),
+        )
 
     def resolves(self, run: Visited) -> bool:
         """Return whether the runs are compared in each step of a run, its ends included."""
-        begins, ends = run.ends[:-1], run.ends[1:]
-        first = np.searchsorted(self.times, begins)
-        last = np.searchsorted(self.times, ends, side="right")
+        if len(self.ends) == len(run.ends) and np.array_equal(self.ends, run.ends):
+            return True
+        places = np.sort(np.concatenate([self.times, self.ends]))
+        first = np.searchsorted(places, run.ends[:-1])
+        last = np.searchsorted(places, run.ends[1:], side="right")
         return bool((last > first).all())
 
 
@@ -82,10 +89,26 @@ def compared(first: Visited, second: Visited) -> Common:
 
     The second is in numbers as long as those of the first.
     """
-    (ours, q), (theirs, p) = first.known, second.known
-    # With indices: without them NumPy imports its masked arrays, which takes 30 ms.
-    times, here, there = np.intersect1d(ours, theirs, return_indices=True)
-    return Common(times, apart(q[:, here], p[:, there]).max(axis=0))
+    times, here, there = _found(first.times, second.times)
+    at_times = _apart(first.values[:, here], second.values[:, there])
+    if not first.exact:
+        return Common(times, at_times, np.zeros(0), np.zeros(0))
+    ends, here, there = _found(first.ends, second.times)
+    return Common(times, at_times, ends, _apart(first.at_ends[:, here], second.values[:, there]))
+
+
+def _found(times: Array, others: Array) -> tuple[Array, Any, Array]:
+    """Return the times (s) that are among others, both rising, and their places in both."""
+    there = np.minimum(np.searchsorted(others, times), len(others) - 1)
+    same = others[there] == times
+    if same.all():
+        return times, slice(None), there
+    return times[same], same, there[same]
+
+
+def _apart(ours: Any, theirs: Any) -> Array:
+    """Return the largest difference of q and u, each of shape (4, n), shape (n,)."""
+    return np.asarray(apart(ours, theirs).max(axis=0, initial=0.0))
 
 
 def with_middles(ends: Array) -> Array:
