@@ -13,6 +13,7 @@ from twolink.effects.effect import Effect
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.sampled_torque import SampledTorque
 from twolink.loads import Torque
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -100,3 +101,45 @@ def test_the_doubt_on_a_flat_event_is_the_change_in_its_time():
     assert 1e-12 < arc.spread < 1e-10
     assert doubt.change == pytest.approx(0.5 * arc.spread, rel=1e-6)
     assert all(not arc.spread for arc in hybrid_run(scene, [0.0, 2.0]).arcs)
+
+
+@pytest.mark.parametrize(
+    ("excess", "precision", "doubts"),
+    [
+        (0.0, "double", 1),
+        (1e-14, "long double", 1),
+        (1e-14, "quadruple", 0),
+        (0.0, "quadruple", 0),
+        (-1e-3, "double", 0),
+    ],
+)
+@pytest.mark.parametrize("kinetic", [1.0, 2.0])
+def test_an_element_at_its_static_limit_within_round_off_is_a_doubt(
+    excess, precision, doubts, kinetic
+):
+    """If it slips after all, it moves at once where kinetic friction is smaller."""
+    torque = JointTorque((2.0 * (1 + excess), 0.0))
+    effects = JointFriction((kinetic, 50.0), (2.0, 60.0)), torque
+    system = system_of(*effects, chain=BALANCED, precision=precision)
+    state = state_of(system, (0.3, 0.7))._replace(t=system.number(2.0))
+    found = settle(system, state, {})
+    expected = doubts if kinetic < 2.0 else 0
+    assert [(doubt.trigger.kind, doubt.change) for doubt in found.doubts] == (
+        [(E.BREAKS, math.inf)] * expected
+    )
+    slips = excess > 0 and precision == "quadruple"
+    assert (found.mode.states[0] is S.FORWARD) == slips
+
+
+@pytest.mark.parametrize("excess", [-1e-13, 0.0, 4.5e-16, 1e-14, 1e-13])
+def test_a_joint_slips_however_little_its_static_limit_is_exceeded(excess):
+    """It stuck up to 1e-13 of the limit, with an error of 3e-16 reported."""
+    motor = SampledTorque((0.0, 0.5), (0.0, 2.0 * (1 + excess)), (0.0, 0.0), "hold")
+    effects = JointFriction((1.0, 50.0), (2.0, 60.0)), motor
+    scene = Scene(Chain.uniform_bars(), (0.3, 0.7), (0.0, 0.0), 1.5, effects)
+    found = simulate(scene, accuracy=1e-8)
+    assert found.met
+    # B sticks: the chain is one body, of inertia 1/3 + 1/3 + 1 + cos(0.4) about A.
+    inertia = 5.0 / 3.0 + math.cos(0.4)
+    expected = (2.0 * (1 + excess) - 1.0) / inertia if excess > 0 else 0.0
+    assert found.u[:, -1] == pytest.approx([expected, expected], abs=1e-12)

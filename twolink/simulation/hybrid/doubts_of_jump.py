@@ -6,9 +6,10 @@ import math
 
 from twolink.arithmetic import Pair
 from twolink.contact.states import EventKind, slipping
+from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.collision import sliding_after
-from twolink.simulation.hybrid.complementarity import States, problem_at
+from twolink.simulation.hybrid.complementarity import States, Zero, problem_at
 from twolink.simulation.hybrid.dynamics import solve
 from twolink.simulation.hybrid.impact import largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger, doubt_of_change
@@ -19,6 +20,8 @@ from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import UNDECIDED
+
+*_, _LONGEST = PRECISIONS
 
 
 def of_zeroed_speeds(
@@ -53,6 +56,23 @@ def of_early_mode(state: HybridState, selection: Selection) -> tuple[Doubt, ...]
     if early is None or not early.change:
         return ()
     return (doubt_of_change(float(state.t), early.trigger, early.change),)
+
+
+def of_limits(system: HybridSystem, state: HybridState, selection: Selection) -> tuple[Doubt, ...]:
+    """Return the doubts on elements that stick at their static limit, within round-off.
+
+    Where kinetic friction is smaller, an element that slips instead moves at once, however little
+    the limit is exceeded. The longest precision decides all limits that float64 numbers may give.
+    """
+    if system.precision == _LONGEST:
+        return ()
+    return tuple(
+        doubt_of_change(float(state.t), trigger, math.inf)
+        for trigger, known in selection.orders.items()
+        if trigger.kind is EventKind.BREAKS
+        and isinstance(known, Zero)
+        and system.elements[trigger.index].hysteretic
+    )
 
 
 def of_slides_at_start(

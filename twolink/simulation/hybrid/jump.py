@@ -26,6 +26,7 @@ from twolink.simulation.hybrid.collision import (
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States, Zero
 from twolink.simulation.hybrid.doubts_of_jump import (
     of_early_mode,
+    of_limits,
     of_slides_at_start,
     of_zeroed_speeds,
 )
@@ -159,6 +160,8 @@ def settle(
                     notes += (_note(system, state, mode, selection),)
                 tidied = _tidied(system, state, mode, selection.orders)
                 doubts = so_far.doubts + of_early_mode(state, selection)
+                if selection.orders:
+                    doubts += of_limits(system, state, selection)
                 if so_far.strikes:
                     doubts += of_slides_at_start(system, state, pose, fastest, selection)
                 return Jump(
