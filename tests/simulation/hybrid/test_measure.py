@@ -13,6 +13,7 @@ from tests.simulation.hybrid import BOUNCES as SCENE
 from twolink.chain import Chain
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
@@ -21,6 +22,7 @@ from twolink.effects.surface import Surface
 from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS, UNLIMITED
 from twolink.scene import Scene
+from twolink.simulation import simulate
 from twolink.simulation.hybrid import effort, judged, measure
 from twolink.simulation.hybrid.configurations import Configuration
 from twolink.simulation.hybrid.measure import measured_run
@@ -501,3 +503,24 @@ def test_a_run_that_takes_a_small_speed_for_zero_is_judged_by_one_that_does_not(
     exact = hybrid_run(scene, times, formulation="kane", precision="quadruple", order=31)
     true = [abs(a - b).max() for a, b in ((found.kept.q, exact.q), (found.kept.u, exact.u))]
     assert max(true) <= found.errors[-1]
+
+
+def test_the_round_off_of_values_between_the_compared_places_is_in_the_error():
+    """The error decays within each step, to round-off: 5.2e-14 was reported for 5.4e-14."""
+    chain = Chain.uniform_bars(
+        (7.063146775213445, 0.26568497683053294), (1.604583265297154, 2.0531343447331984)
+    )
+    damping = JointDamping((59.46786225918528, 7482.341371212577))
+    motor = SampledTorque((0.0005912797951034344,), (42.77835891024945,), (0.0,), "hold")
+    scene = Scene(
+        chain,
+        (-2.7027432487035616, 2.491610236884746),
+        (5.13424865744251, 2.0527756006869793),
+        0.0015902037506578665,
+        (damping, motor),
+    )
+    found = simulate(scene, accuracy=1e-7, samples=2)
+    exact = simulate(scene, accuracy=3e-16, samples=2, formulation="kane")
+    times = np.linspace(0.0, scene.duration, 20_001)
+    assert found.precision == "double"
+    assert np.abs(np.subtract(found.at(times), exact.at(times))).max() <= found.error

@@ -52,6 +52,10 @@ _OF_GROWTH = 3.0
 # A change (rad/s) of a finite size.
 _LARGE = 1e300
 
+# Roundings of the value of a polynomial, in those of the largest value. Without them errors of some
+# 4e-14 were up to 4 % too small, in 22 of 211 damped motions under sampled torques.
+_OF_A_VALUE = 8
+
 # Number of steps above which runs are compared only in the middle of steps.
 _MANY_STEPS = 20_000
 
@@ -77,9 +81,11 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
         found[begin:after] = np.minimum(found[begin:after], size)
     np.maximum.at(least, afters, apart)
     so_far = _with_doubts(found, least[:-1], first, second, moments)
-    # Values between the samples are rounded to float64 too, and may be the largest ones.
+    # Values between the samples are rounded to float64 too, and may be the largest ones. Those of
+    # polynomials have some roundings of their own between the places of a step.
     sizes = np.maximum.accumulate(np.abs(ours).max(axis=0).astype(float))
-    so_far = so_far + PRECISIONS["double"].rounding * sizes
+    own = PRECISIONS[first.precision].rounding
+    so_far = so_far + (PRECISIONS["double"].rounding + _OF_A_VALUE * own) * sizes
     asked = times[times <= first.reached]
     place = np.searchsorted(moments, asked, side="right") - 1
     # The error is unknown beyond the end of the measuring run.
