@@ -1,7 +1,9 @@
 """A smooth motion whose global error is measured, at little more than the cost of a bare run.
 
 Let e be the error of a run of order p. A second run, the judge, has an error r |e|, so that their
-difference D satisfies |e| ≤ |D| / (1 − r): a bound, once r is known to be well below 1.
+difference D satisfies |e| ≤ |D| / (1 − r): a bound, once r is known to be well below 1. They are
+compared at the requested times and at the ends of all steps of the first: errors may peak between
+any times that are chosen beforehand (`visited`).
 
 *In one precision.* The truncation error of a step is exp(−2 (p + 1)) by heyoka's choice of steps,
 and grows with the motion like any other error. Four orders more divide it by e⁸ ≈ 3000. Two orders
