@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from twolink.effects import is_built_in
 from twolink.errors import IntegrationError, SimulationError
 from twolink.inputs import check_instance
 from twolink.integration.method import Method
@@ -43,7 +44,7 @@ from twolink.times import merged
 if TYPE_CHECKING:
     from twolink.simulation.smooth.numeric import NumericRun
 
-# The least number of times at which smooth runs are compared, in all and between two samples.
+# The least number of times at which smooth runs are looked at, in all and between two samples.
 _CHECKED_IN_ALL, _CHECKED = 256, 2
 
 # The method that takes the place of Taylor series where heyoka is not installed.
@@ -135,10 +136,13 @@ class _Asked:
         return 1.0 if self.scene.joints is None else 2.0
 
     def checked(self, longest_step: float) -> Array:
-        """Return the times (s) at which smooth runs are compared: the samples, and some between.
+        """Return the times (s) at which smooth runs are looked at, beside the ends of their steps.
 
-        `longest_step` (s) is the time in which the motion changes.
+        They are the samples, and, for effects that are not built in, some between: their loads may
+        change unseen. `longest_step` (s) is the time in which the motion changes.
         """
+        if all(map(is_built_in, self.scene.effects)):
+            return self.times
         between = _CHECKED * (len(self.times) - 1)
         changes = intervals_to_check(self.scene.duration, longest_step)
         count = max(_CHECKED_IN_ALL, between, changes)

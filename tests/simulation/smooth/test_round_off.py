@@ -42,7 +42,7 @@ class Burst(Effect):
 def errors_of(*effects):
     scene = Scene(Chain.uniform_bars(), (0.3, -0.2), (0.1, 0.4), 3.0, effects)
     run = taylor_run(scene, TIMES, formulation="momenta", order=15, visit=TIMES)
-    return run, LoadsAlong.along(run, TIMES).errors(run, TIMES, GROWN)
+    return run, LoadsAlong.along(run).errors(run, TIMES, GROWN)
 
 
 def test_loads_that_do_not_cancel_have_no_more_than_the_state():

@@ -280,7 +280,7 @@ class _Search:
         """Return the difference of two runs of one precision, and the round-off of both."""
         apart = common.until(self.runs.times)
         if self.loads is None:
-            self.loads = LoadsAlong.along(kept, self.runs.times)
+            self.loads = LoadsAlong.along(kept)
         grown = apart / truncation(min(kept.order, judge.order))
         # The run of the higher order takes the more steps, by a few hundredths.
         most = max(kept, judge, key=lambda run: run.steps)

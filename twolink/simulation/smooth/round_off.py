@@ -85,19 +85,20 @@ class LoadsAlong(NamedTuple):
     of_run: Array
 
     @classmethod
-    def along(cls, run: TaylorRun, times: Array) -> LoadsAlong:
-        """Return the round-off along a run with values at times (s)."""
-        looks = _LOOKS if all(map(is_built_in, run.scene.effects)) else len(times)
+    def along(cls, run: TaylorRun) -> LoadsAlong:
+        """Return the round-off along a run, where it is known."""
+        places, values = _visited(run).everywhere
+        looks = _LOOKS if all(map(is_built_in, run.scene.effects)) else len(places)
         # NumPy's `unique` imports another module, in a tenth of the time of a program.
-        some = sorted(set(np.linspace(0, len(times) - 1, looks).astype(int).tolist()))
-        q, u = run.q[:, some].astype(float), run.u[:, some].astype(float)
+        some = sorted(set(np.linspace(0, len(places) - 1, looks).astype(int).tolist()))
+        q, u = values[:2, some], values[2:, some]
         chain = run.scene.moving_chain.convert(float)
-        forces = force_sizes(chain, run.scene.effects, q, u, times[some])
+        forces = force_sizes(chain, run.scene.effects, q, u, places[some])
         (of_speeds, size), (of_run, _) = (
             _rates_of_loads(forces, chain, formulation, q, u)
             for formulation in (EQUATIONS[run.formulation].in_speeds, run.formulation)
         )
-        return cls(times[some], of_speeds, size, of_run)
+        return cls(places[some], of_speeds, size, of_run)
 
     def errors(self, run: TaylorRun, times: Array, grown: Array) -> Array:
         """Return the round-off (rad, rad/s) of terms of loads that cancel, up to each time (s).

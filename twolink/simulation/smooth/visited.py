@@ -33,6 +33,14 @@ class Visited:
     at_ends: Any
     exact: bool
 
+    @property
+    def everywhere(self) -> tuple[Array, Array]:
+        """All times (s), rising, and q and u there in float64, shape (4, n + m)."""
+        times = np.concatenate([self.times, self.ends])
+        values = np.concatenate([self.values.astype(float), self.at_ends.astype(float)], axis=1)
+        order = times.argsort(kind="stable")
+        return times[order], values[:, order]
+
     def largest(self, times: Array, sizes: Callable[[Array], Array]) -> Array:
         """Return the largest size up to each time (s), shape (n,), between the times as well.
 
