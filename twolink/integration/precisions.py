@@ -114,7 +114,7 @@ def _real128() -> Any:
 # many as take the time of that compilation.
 _IN_DOUBLE = Code(compact=False, level=0, steps=80_000), OPTIMISED
 _IN_LONG_DOUBLE = (
-    Code(compact=True, level=0, steps=6_000),
+    Code(compact=True, level=0, steps=8_000),
     Code(compact=True, level=1, steps=80_000),
     OPTIMISED,
 )

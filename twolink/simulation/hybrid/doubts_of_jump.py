@@ -62,7 +62,8 @@ def of_limits(system: HybridSystem, state: HybridState, selection: Selection) ->
     """Return the doubts on elements that stick at their static limit, within round-off.
 
     Where kinetic friction is smaller, an element that slips instead moves at once, however little
-    the limit is exceeded. The longest precision decides all limits that float64 numbers may give.
+    the limit is exceeded. The longest precision decides all limits that float64 numbers may give,
+    except within their own rounding at a start.
     """
     if system.precision == _LONGEST:
         return ()

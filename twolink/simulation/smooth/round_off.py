@@ -17,8 +17,7 @@ from twolink.names import EquationsName
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.load_sizes import ForceSizes, force_sizes
-from twolink.simulation.smooth.taylor import TaylorRun
-from twolink.simulation.smooth.visited import Visited
+from twolink.simulation.smooth.taylor import TaylorRun, visited_by
 
 MOST_ROUND_OFF = 16
 """The error that round-off leaves, in roundings times the growth, of motions where it is large."""
@@ -42,7 +41,7 @@ def rounding(run: Any) -> Array:
 
 def rounding_until(run: TaylorRun, times: Array) -> Array:
     """Return `rounding` up to each time (s), also of the largest values between them."""
-    sizes = _visited(run).largest(times, lambda values: np.abs(values).max(axis=0))
+    sizes = visited_by(run).largest(times, lambda values: np.abs(values).max(axis=0))
     return np.asarray(np.finfo(float).eps * sizes)
 
 
@@ -87,7 +86,7 @@ class LoadsAlong(NamedTuple):
     @classmethod
     def along(cls, run: TaylorRun) -> LoadsAlong:
         """Return the round-off along a run, where it is known."""
-        places, values = _visited(run).everywhere
+        places, values = visited_by(run).everywhere
         looks = _LOOKS if all(map(is_built_in, run.scene.effects)) else len(places)
         # NumPy's `unique` imports another module, in a tenth of the time of a program.
         some = sorted(set(np.linspace(0, len(places) - 1, looks).astype(int).tolist()))
@@ -130,7 +129,7 @@ def _rates_of_loads(
 
 def _largest_roundings(run: TaylorRun, times: Array) -> Array:
     """Return a rounding of the largest value (rad, rad/s) up to each time (s), shape (n,)."""
-    return _visited(run).largest(
+    return visited_by(run).largest(
         times, lambda values: _roundings(run, values[:2], values[2:]).max(axis=0)
     )
 
@@ -140,8 +139,3 @@ def _roundings(run: TaylorRun, q: Array, u: Array) -> Array:
     chain = run.scene.moving_chain.convert(float)
     speeds = EQUATIONS[run.formulation].rounded_speeds(chain, q, u)
     return np.asarray(PRECISIONS[run.precision].rounding * np.concatenate([np.abs(q), speeds]))
-
-
-def _visited(run: TaylorRun) -> Visited:
-    assert run.visited is not None
-    return run.visited

@@ -18,8 +18,15 @@ from twolink.simulation.run import Array
 from twolink.simulation.shortened import CheckedRun, shortened_run
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.residuals import residuals_of
-from twolink.simulation.smooth.taylor import Observer, Steps, TaylorRun, compile_ahead, taylor_run
-from twolink.simulation.smooth.visited import Common, Visited, compared, with_middles
+from twolink.simulation.smooth.taylor import (
+    Observer,
+    Steps,
+    TaylorRun,
+    compile_ahead,
+    taylor_run,
+    visited_by,
+)
+from twolink.simulation.smooth.visited import Common, compared, with_middles
 from twolink.times import merged
 
 
@@ -63,11 +70,11 @@ class Runs:
         elif len(missing) > 1:
             self.expect(precision, missing[-1])
         first, second = (self.run(precision, order) for order in orders)
-        found = compared(_visited(first), _visited(second))
-        if not found.resolves(_visited(first)):
-            self.visit = merged(self.visit, _visited(first).ends)
+        found = compared(visited_by(first), visited_by(second))
+        if not found.resolves(visited_by(first)):
+            self.visit = merged(self.visit, visited_by(first).ends)
             first, second = (self.again(precision, order) for order in orders)
-            found = compared(_visited(first), _visited(second))
+            found = compared(visited_by(first), visited_by(second))
         return first, second, found
 
     def expect(self, precision: PrecisionName, order: int) -> None:
@@ -126,13 +133,8 @@ class Runs:
         shortest = self.scene.duration / MOST_STEPS
         run: TaylorRun = shortened_run(self.longest_step, shortest, made)
         if precision == "double":
-            self.visit = _visited(run).ends
+            self.visit = visited_by(run).ends
         return run
-
-
-def _visited(run: TaylorRun) -> Visited:
-    assert run.visited is not None
-    return run.visited
 
 
 def _together(*observers: Observer | None) -> Observer | None:

@@ -163,6 +163,12 @@ def taylor_run(
     )
 
 
+def visited_by(run: TaylorRun) -> Visited:
+    """Return the motion of a run that had times to visit, at these and at the ends of its steps."""
+    assert run.visited is not None
+    return run.visited
+
+
 class Steps(NamedTuple):
     """Consecutive steps: starts and lengths (s), coefficients (n, 4, p + 1), and the last state.
 
