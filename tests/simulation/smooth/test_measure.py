@@ -142,19 +142,22 @@ WALL = Scene(Chain.uniform_bars(), (0.3, 0.2), (0.0, 0.0), 3.0, (Gravity(), Wall
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("start", [WHIP, WALL], ids=["whip", "wall"])
-@pytest.mark.parametrize("samples", [2, 101])
-def test_an_error_that_peaks_between_all_samples_is_measured(start, samples):
+@pytest.mark.parametrize(
+    ("start", "samples", "all_digits"),
+    [(WHIP, 2, (3, 5, 7, 9, 11)), (WHIP, 101, (3, 7, 11)), (WALL, 2, (3, 7))],
+    ids=["whip", "whip, 101 samples", "wall"],
+)
+def test_an_error_that_peaks_between_all_samples_is_measured(start, samples, all_digits):
     """The true error was up to 57 times the reported one while runs were compared at samples."""
     times = np.linspace(0.0, start.duration, samples)
-    ends = measured(start, 1e-9, times).kept
+    ends = measured(start, 10.0 ** -all_digits[-1], times).kept
     finest = ends.raw if isinstance(ends, CorrectedRun) else ends
     steps = finest.visited.ends
     shortest = np.argsort(np.diff(steps))[:60]
     places = np.unique([*steps[shortest], *(steps[shortest] + steps[shortest + 1]) / 2])
     places = np.unique([0.0, *places, start.duration])
     exact = taylor_run(start, places, formulation="kane", precision="quadruple", longest_step=0.05)
-    for digits in (3, 5, 7, 9, 11):
+    for digits in all_digits:
         found = measured(start, 10.0**-digits, times)
         q, u = found.kept.dense()(places)
         true = max(apart(q, exact.q).max(), apart(u, exact.u).max())
