@@ -14,7 +14,7 @@ from twolink.hardcases.run import outcome
 from twolink.hardcases.trajectory_trial import TrajectoryTrial
 from twolink.simulation.hybrid import compile as compilation
 from twolink.simulation.hybrid import configurations, judged, measure, start_of_arc, tolerances
-from twolink.simulation.smooth import equations, taylor
+from twolink.simulation.smooth import equations, integrators
 from twolink.simulation.smooth.equations import EQUATIONS
 
 
@@ -34,7 +34,7 @@ def mark(name: str, formulation: str) -> Mark:
 
 def forget_what_is_compiled() -> None:
     compilation.compiled_kind.cache_clear()
-    taylor._compiled.clear()
+    integrators.INTEGRATORS.clear()
 
 
 @pytest.fixture(autouse=True)

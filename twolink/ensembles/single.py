@@ -31,7 +31,8 @@ from twolink.simulation.series import powers
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.longest_step import intervals_to_check, pace_of
 from twolink.simulation.smooth.measure import measured_run
-from twolink.simulation.smooth.taylor import Steps, TaylorRun, taylor_run
+from twolink.simulation.smooth.steps import Steps
+from twolink.simulation.smooth.taylor import TaylorRun, taylor_run
 
 Array = NDArray[np.float64]
 

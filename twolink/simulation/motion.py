@@ -12,7 +12,8 @@ from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import MotionRun
-from twolink.simulation.smooth.taylor import Observer, taylor_run
+from twolink.simulation.smooth.steps import Observer
+from twolink.simulation.smooth.taylor import taylor_run
 
 
 def check_run(scene: Any, progress: Any, limits: Any) -> None:

@@ -33,11 +33,11 @@ from twolink.scene import Scene
 from twolink.simulation.motion import has_events, has_modes
 from twolink.simulation.options import RunOptions
 from twolink.simulation.run import ENDS_EARLY, Array, MotionRun, Statistics
+from twolink.simulation.smooth.integrators import heyoka_is_here
 from twolink.simulation.smooth.judging import MARGIN_OF_LIKE_PRECISIONS, difference
 from twolink.simulation.smooth.longest_step import intervals_to_check, pace_of
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.round_off import rounding
-from twolink.simulation.smooth.taylor import heyoka_is_here
 from twolink.simulation.trajectory import Trajectory
 from twolink.times import merged
 

@@ -31,9 +31,9 @@ from twolink.optional import heyoka
 from twolink.scene import Scene
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.smooth.equations import EQUATIONS, expressions_of
+from twolink.simulation.smooth.integrators import parts_of_run
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.pieces import pieces_of
-from twolink.simulation.smooth.taylor import parts_of_run
 from twolink.values import Content
 from twolink.variations.directions import Direction
 from twolink.variations.pieces import SlopesOfPieces, slopes_of_pieces, varies_pieces

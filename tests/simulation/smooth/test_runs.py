@@ -83,6 +83,26 @@ def test_two_runs_are_compared_in_each_step(precision, orders):
         assert run.q.shape == (2, 5)
 
 
+@pytest.mark.parametrize("resolved_after", [1, 2, None])
+def test_a_difference_is_unknown_where_runs_are_never_compared_in_each_step(
+    monkeypatch, resolved_after
+):
+    asked = []
+
+    def resolves(common, run):
+        asked.append(run)
+        return len(asked) == resolved_after
+
+    monkeypatch.setattr(module.Common, "resolves", resolves)
+    runs = Runs(replace(SCENE, duration=0.2), np.linspace(0.0, 0.2, 5), "momenta",
+                lambda name: lambda share: None, 0.1)  # fmt: skip
+    *pair, common = runs.pair("double", (9, 13))
+    assert np.isfinite(common.until(np.array([0.2]))).all() == (resolved_after is not None)
+    # The pair that is returned is the last one that was made.
+    assert pair == runs.made[-2:]
+    assert len(asked) == (resolved_after or 3)
+
+
 def test_runs_visit_the_ends_of_the_last_one_in_double_precision():
     runs = Runs(SCENE, TIMES, "momenta", lambda name: lambda share: None, 0.1)
     first, second = (runs.run("double", order) for order in (9, 13))

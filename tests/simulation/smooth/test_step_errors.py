@@ -27,7 +27,8 @@ from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.longest_step import pace_of
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.step_errors import StepErrors
-from twolink.simulation.smooth.taylor import Steps, taylor_run
+from twolink.simulation.smooth.steps import Steps
+from twolink.simulation.smooth.taylor import taylor_run
 
 STIFF = {
     "stiff springs": (Gravity(), JointSpring((300.0, 500.0))),

@@ -1,10 +1,7 @@
 """Runs by Taylor series: long ones in parts, optimised by the number of their steps alone."""
 
 import re
-from contextlib import closing
 from dataclasses import dataclass, replace
-from threading import get_ident
-from time import sleep
 
 import numpy as np
 import pytest
@@ -17,9 +14,6 @@ from twolink.errors import IntegrationError, SimulationError
 from twolink.integration.precisions import OPTIMISED, PRECISIONS
 from twolink.loads import Torque
 from twolink.scene import Scene
-from twolink.simulation.compilation_thread import CompilationThread
-from twolink.simulation.memo import Memo
-from twolink.simulation.smooth import taylor
 from twolink.simulation.smooth.judging import apart
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -121,70 +115,8 @@ def test_the_ends_of_steps_are_known(precision, observed):
     assert apart(at_ends, visited.at_ends).max() <= 30 * np.spacing(5.0)
 
 
-def test_of_very_many_steps_some_ends_are_kept(monkeypatch):
-    check_often(monkeypatch, "double")
-    monkeypatch.setattr(taylor, "_MOST_ENDS", 20)
-    found = run(visit=TIMES)
-    ends = found.visited.ends
-    every = found.step_times()[1:]
-    assert len(every) > 80
-    assert 10 <= len(ends) <= 20
-    # The starts of parts are rounded.
-    nearest = np.abs(ends[:, None] - every).min(axis=1)
-    assert nearest.max() < 1e-12
-    assert np.diff(ends).max() < 12 * np.diff(every).max()
-
-
 def test_bare_runs_do_not_know_the_ends_of_their_steps():
     assert run().visited is None
-
-
-def moved(start):
-    """Return the scene with another length, so that there is no code for it."""
-    return replace(SCENE, chain=replace(SCENE.chain, length=(1.0, start)))
-
-
-def test_the_code_of_a_run_may_be_compiled_ahead(monkeypatch):
-    made = []
-
-    def compile_here(*key):
-        made.append((get_ident(), key[4]))
-        return compiled(*key)
-
-    compiled = taylor._compiled._function
-    monkeypatch.setattr(taylor, "_compiled", Memo(compile_here, 8))
-    scene = moved(1.25)
-    with closing(CompilationThread()) as thread:
-        taylor.compile_ahead(thread, scene, "momenta", "double", 9)
-        taylor.compile_ahead(thread, scene, "momenta", "double", 9)
-        while not made:
-            sleep(0.001)
-        found = taylor_run(scene, TIMES, formulation="momenta", order=9, ahead=thread)
-        # There is nothing to do for code that is there.
-        taylor.compile_ahead(thread, scene, "momenta", "double", 9)
-    assert [order for _, order in made] == [9]
-    assert made[0][0] != get_ident()
-    assert np.array_equal(found.q, taylor_run(scene, TIMES, formulation="momenta", order=9).q)
-
-
-class Changing(Effect):
-    """A torque that may be changed between two runs."""
-
-    torque = 1.0
-
-    def loads(self, chain, q, u, t=0.0):
-        return (Torque(1, self.torque),)
-
-
-@pytest.mark.parametrize(("effect", "count"), [(Gravity(), 1), (Changing(), 0)])
-def test_code_for_effects_that_may_change_is_not_compiled_ahead(effect, count):
-    """It would not be found."""
-    requested = []
-    thread = CompilationThread()
-    thread.request = lambda key, work: requested.append(key)
-    scene = replace(moved(1.5), effects=(effect,))
-    taylor.compile_ahead(thread, scene, "momenta", "double", 9)
-    assert len(requested) == count
 
 
 def test_dense_output_repeats_the_run(monkeypatch):

@@ -20,7 +20,7 @@ from twolink.simulation.series import powers
 from twolink.simulation.smooth.linear import shortened
 from twolink.simulation.smooth.quadrature import residual_rule
 from twolink.simulation.smooth.rates import Rates, rates_of
-from twolink.simulation.smooth.taylor import Steps
+from twolink.simulation.smooth.steps import Steps
 
 # The terms of a series that are computed in numbers of a precision; shorter numbers suffice for the
 # others. By heyoka's choice of steps each is some exp(−2) times the one before. So the round-off of

@@ -12,7 +12,7 @@ from twolink.simulation.series import powers
 from twolink.simulation.smooth.flows import exponentials, magnus
 from twolink.simulation.smooth.quadrature import gauss_nodes
 from twolink.simulation.smooth.rates import Jacobians
-from twolink.simulation.smooth.taylor import Steps
+from twolink.simulation.smooth.steps import Steps
 
 
 class Linear(NamedTuple):

@@ -24,7 +24,7 @@ from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.linear import scaled_polynomials
 from twolink.simulation.smooth.load_sizes import load_sizes
 from twolink.simulation.smooth.rates import rates_of
-from twolink.simulation.smooth.taylor import Steps
+from twolink.simulation.smooth.steps import Steps
 
 NODES = (np.arange(64) + 0.5) / 64
 """The places on a step."""

@@ -17,17 +17,15 @@ from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array
 from twolink.simulation.shortened import CheckedRun, shortened_run
 from twolink.simulation.smooth.changes import MOST_STEPS
+from twolink.simulation.smooth.integrators import compile_ahead
 from twolink.simulation.smooth.residuals import residuals_of
-from twolink.simulation.smooth.taylor import (
-    Observer,
-    Steps,
-    TaylorRun,
-    compile_ahead,
-    taylor_run,
-    visited_by,
-)
+from twolink.simulation.smooth.steps import Observer, Steps
+from twolink.simulation.smooth.taylor import TaylorRun, taylor_run, visited_by
 from twolink.simulation.smooth.visited import Common, compared, with_middles
 from twolink.times import merged
+
+# The number of times that two runs are compared, and made again to be compared in each step.
+_AGAIN = 3
 
 
 @dataclass
@@ -55,7 +53,8 @@ class Runs:
         """Return the runs of two orders, and their difference in each step of the first one.
 
         Those of the longest precision are made in a thread each, as their steps need no
-        interpreter, unless the first could shorten the steps of the second.
+        interpreter, unless the first could shorten the steps of the second. The difference is
+        infinite if the runs have no common times in some step, also when they are made again.
         """
         missing = [order for order in orders if (precision, order) not in self.known]
         *_, last = PRECISIONS
@@ -70,12 +69,13 @@ class Runs:
         elif len(missing) > 1:
             self.expect(precision, missing[-1])
         first, second = (self.run(precision, order) for order in orders)
-        found = compared(visited_by(first), visited_by(second))
-        if not found.resolves(visited_by(first)):
+        for _ in range(_AGAIN):
+            found = compared(visited_by(first), visited_by(second))
+            if found.resolves(visited_by(first)):
+                return first, second, found
             self.visit = merged(self.visit, visited_by(first).ends)
             first, second = (self.again(precision, order) for order in orders)
-            found = compared(visited_by(first), visited_by(second))
-        return first, second, found
+        return first, second, found.unknown()
 
     def expect(self, precision: PrecisionName, order: int) -> None:
         """Compile the integrators of a later run ahead of it."""

@@ -37,7 +37,7 @@ from twolink.simulation.smooth.linear import Linear, linearized, scaled_polynomi
 from twolink.simulation.smooth.load_sizes import LoadSizes, load_sizes
 from twolink.simulation.smooth.quadrature import MOMENTS
 from twolink.simulation.smooth.rates import jacobians_of
-from twolink.simulation.smooth.taylor import Steps
+from twolink.simulation.smooth.steps import Steps
 
 # The factor on the standard deviation of the round-off of the estimate.
 _DEVIATIONS = 3.5

@@ -82,6 +82,10 @@ class Common(NamedTuple):
             largest_until(times, self.ends, self.apart_at_ends),
         )
 
+    def unknown(self) -> Common:
+        """Return infinite differences at the same times."""
+        return self._replace(apart=np.full_like(self.apart, np.inf))
+
     def resolves(self, run: Visited) -> bool:
         """Return whether the runs are compared in each step of a run, its ends included."""
         if len(self.ends) == len(run.ends) and np.array_equal(self.ends, run.ends):
