@@ -3,7 +3,7 @@
 `uv run python -m benchmarks.first_runs [--scenes N] [--seed S]` draws random general chains, as
 `benchmarks.certainty`. Each is simulated once, and another one is integrated once without a
 measured error, by the precision and the order that the first one needed. No scene is used twice:
-heyoka keeps the code of a scene, so that a second compilation is no compilation.
+heyoka keeps compiled code in memory, and would compile it faster the second time.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class _Taken(NamedTuple):
 
 def main() -> None:
     """Measure and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description="The time of first simulations.")
     parser.add_argument("--scenes", type=int, default=20, help="number of scenes for an accuracy")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
