@@ -61,7 +61,8 @@ def test_invalid_recordings_are_rejected(name, size, words):
         check_recording(Path(name), size, 30.0)
 
 
-def test_a_time_outside_the_film_is_refused(tmp_path):
+def test_a_time_outside_the_film_is_refused_also_without_a_browser(tmp_path, monkeypatch):
+    monkeypatch.setenv(BROWSER, "/nowhere")
     with pytest.raises(PictureError, match=r"at must be 0 to 1 s; got 3 s"):
         record(film_of("drop", 1.0), tmp_path / "a.png", at=3.0)
 

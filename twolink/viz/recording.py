@@ -51,11 +51,12 @@ def record(
     answers. Raises `PictureError` for invalid options, `BrowserError` if browser or encoder fail,
     and `FileError` if the file cannot be written.
     """
-    check_recording(file, size, film.fps, at)
     # The end of a motion is between two frames in general.
     moment = film.start + film.duration if at is None else at
     if file.suffix == ".png":
         film = replace(film, still=moment)
+    # Last, as it looks for programs: an invalid time is one also where they are missing.
+    check_recording(file, size, film.fps, at)
     report = progress or (lambda stage, share: None)
     with atomic_write(file) as temporary:
         if file.suffix == ".html":
