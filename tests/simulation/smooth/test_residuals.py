@@ -144,3 +144,12 @@ def test_many_steps_are_checked_in_portions(monkeypatch):
 def test_scenes_of_built_in_effects_have_no_observer():
     assert residuals_of(acting(Gravity()), "momenta") is None
     assert residuals_of(PULSE, "momenta") is not None
+
+
+def test_roundings_of_two_large_angles_do_not_cancel_in_their_difference():
+    """The error was unknown: equal roundings of both angles changed no load."""
+    scene = Scene(BARS, (515.2, 514.9), (2e4, 4e3), 2e-3, (Pulse(0.0, 0.0, 1.0),))
+    for order in (19, 21):
+        residuals = Residuals(scene, "momenta")
+        taylor_run(scene, [0.0, 2e-3], formulation="momenta", order=order, observe=residuals)
+        assert residuals.longest_step == np.inf

@@ -35,8 +35,11 @@ ROUNDINGS = 64.0
 # The factor on the residual of a series that has converged.
 _TERMS = 100.0
 
-# The factor on a state by which its roundings change the rates: a load may be steep.
-_CHANGED = 1 + 2.0**-50
+# The relative change of a state by whose effect on the rates their round-off is seen: a load may be
+# steep. Its signs, by variable and by place, are those of independent roundings: equal ones of two
+# large angles would cancel in their difference.
+_CHANGED = 2.0**-50
+_SIGNS = np.array([[1, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
 
 # Steps that are looked at together, which bounds the memory.
 _AT_ONCE = 1024
@@ -105,7 +108,8 @@ class Residuals:
         values, slopes = at_places(scaled)
         times = starts[:, None] + lengths[:, None] * NODES
         rates = lengths[:, None] * self._rates(values, times)
-        noise = lengths[:, None] * self._rates(_CHANGED * values, _CHANGED * times) - rates
+        changed = values * (1 + _CHANGED * np.tile(_SIGNS, len(NODES) // 4))[:, None]
+        noise = lengths[:, None] * self._rates(changed, (1 + _CHANGED) * times) - rates
         # Where round-off is unknown none is allowed for.
         known = np.where(np.isfinite(noise), noise, 0.0)
         residuals = self._largest(values, lengths, rates - slopes)
