@@ -7,7 +7,7 @@ import pytest
 
 from tests.campaign.draw import draw_scene
 from tests.simulation.hybrid import BARS
-from tests.simulation.smooth.pulses import Detent, Kink
+from tests.simulation.smooth.pulses import Detent, Kink, Pulse
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
@@ -126,3 +126,10 @@ def test_the_error_of_a_motion_over_a_kink_is_a_bound_or_unknown():
     found = simulate(scene, samples=11, accuracy=1e-6)
     exact = hybrid_run(scene, found.t, order=21, longest_step=2e-5)
     assert np.abs(found.q - exact.q).max() <= found.error
+
+
+def test_roundings_of_two_large_angles_do_not_cancel_in_their_difference():
+    """The error was unknown: equal roundings of both angles changed no load."""
+    effects = (Pulse(0.0, 0.0, 1.0), JointFriction((0.5, 0.5)))
+    scene = Scene(BARS, (515.2, 514.9), (2e4, 4e3), 2e-3, effects)
+    assert simulate(scene, accuracy=1e-3, samples=2).met

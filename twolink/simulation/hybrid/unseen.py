@@ -21,7 +21,7 @@ from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE, CHANGED_STATE, LEAST_RESIDUAL
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.linear import scaled, shortened
-from twolink.simulation.smooth.residuals import NODES, ROUNDINGS, at_places, of_converged
+from twolink.simulation.smooth.residuals import NODES, ROUNDINGS, SIGNS, at_places, of_converged
 
 
 class Unseen(NamedTuple):
@@ -41,8 +41,9 @@ class _States(NamedTuple):
 
     def changed(self) -> _States:
         """Return the states changed by some roundings."""
-        (q1, q2), (u1, u2), c = self.q, self.u, 1 + CHANGED_STATE
-        return _States((c * q1, c * q2), (c * u1, c * u2), c * self.t, self.roots)
+        (q1, q2), (u1, u2), t = self.q, self.u, (1 + CHANGED_STATE) * self.t
+        a1, a2, b1, b2 = 1 + CHANGED_STATE * SIGNS
+        return _States((a1 * q1, a2 * q2), (b1 * u1, b2 * u2), t, self.roots)
 
 
 def passed_change(system: HybridSystem, arc: Arc) -> Unseen | None:

@@ -29,6 +29,12 @@ from twolink.simulation.smooth.steps import Steps
 NODES = (np.arange(64) + 0.5) / 64
 """The places on a step."""
 
+SIGNS = np.tile([[1, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]], len(NODES) // 4)
+"""Signs of roundings of the four variables at the places, shape (4, 64), in all combinations.
+
+Equal roundings of two large angles would cancel in their difference.
+"""
+
 ROUNDINGS = 64.0
 """The factor on the round-off of the evaluation of residuals."""
 
@@ -36,10 +42,8 @@ ROUNDINGS = 64.0
 _TERMS = 100.0
 
 # The relative change of a state by whose effect on the rates their round-off is seen: a load may be
-# steep. Its signs, by variable and by place, are those of independent roundings: equal ones of two
-# large angles would cancel in their difference.
+# steep.
 _CHANGED = 2.0**-50
-_SIGNS = np.array([[1, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
 
 # Steps that are looked at together, which bounds the memory.
 _AT_ONCE = 1024
@@ -108,7 +112,7 @@ class Residuals:
         values, slopes = at_places(scaled)
         times = starts[:, None] + lengths[:, None] * NODES
         rates = lengths[:, None] * self._rates(values, times)
-        changed = values * (1 + _CHANGED * np.tile(_SIGNS, len(NODES) // 4))[:, None]
+        changed = values * (1 + _CHANGED * SIGNS)[:, None]
         noise = lengths[:, None] * self._rates(changed, (1 + _CHANGED) * times) - rates
         # Where round-off is unknown none is allowed for.
         known = np.where(np.isfinite(noise), noise, 0.0)
