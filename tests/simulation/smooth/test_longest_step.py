@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from tests.simulation.smooth.pulses import Logistic
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.sampled_torque import SampledTorque
+from twolink.errors import SimulationError
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid import configurations, judged, measure
@@ -46,3 +48,9 @@ def test_without_the_cap_the_motion_is_silently_wrong(monkeypatch):
     trajectory = simulate(scene((SOFT,)), accuracy=1e-3, samples=5)
     assert trajectory.met
     assert abs(trajectory.q[0, -1] - -29.364678) > 0.1
+
+
+def test_a_formula_that_overflows_inside_is_named():
+    effect = Logistic(-2000.0, 1.0)
+    with pytest.raises(SimulationError, match=r"got OverflowError \(.*\) from their formula at q"):
+        default_longest_step(scene((effect,)))

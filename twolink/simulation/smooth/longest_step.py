@@ -44,15 +44,16 @@ def pace_of(scene: Scene) -> Pace:
     Raises `SimulationError` if the accelerations at its start are not finite.
     """
     chain, effects, duration = scene.moving_chain.convert(float), scene.effects, scene.duration
+    got = "non-finite ones"
     try:
         found = Pace(*map(float, paces(chain, effects, scene.q, scene.u, duration)))
-    except (ArithmeticError, ValueError):
+    except (ArithmeticError, ValueError) as error:
         # Functions of floats raise errors where those of arrays return NaN.
-        found = Pace(math.nan, 0.0)
+        found, got = Pace(math.nan, 0.0), f"{type(error).__name__} ({error}) from their formula"
     if not found.longest_step > 0:
         raise SimulationError(
             "accelerations at the start must be finite in float64, under the loads at all times"
-            f" until {duration:.6g} s; got non-finite ones at q = {scene.q!r}, u = {scene.u!r}"
+            f" until {duration:.6g} s; got {got} at q = {scene.q!r}, u = {scene.u!r}"
         )
     return found
 
