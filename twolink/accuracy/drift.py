@@ -230,20 +230,7 @@ def energy_drift(
     chosen = _chosen(as_words("methods", methods))
     seconds = as_real("seconds", seconds)
     _check(scene, seconds)
-    own = taylor_run(
-        scene,
-        np.linspace(0, scene.duration, _VISITED),
-        formulation="momenta",
-        code=OPTIMISED,
-        progress=limits.timed(f"the motion over {scene.duration:g} s"),
-    )
-    equations, chain = MomentumEquations(), scene.moving_chain.convert(float)
-    visited = np.array([*own.q, *equations.from_speeds(chain, tuple(own.q), tuple(own.u))])
-    kinetic = float(np.max(lagrange.kinetic_energy(chain, tuple(own.q), tuple(own.u))))
-    if kinetic == 0:
-        raise SimulationError("the chain must move; it stays at rest in this scene")
-    radius = _RADIUS_IN_STEPS * scene.duration / own.steps
-    asked = _Asked(scene, seconds, radius, kinetic, visited)
+    asked = _Asked.of(scene, seconds, limits)
     drifts = []
     for index, method in enumerate(chosen):
 
@@ -258,7 +245,8 @@ def energy_drift(
             named += f", one of {len(chosen)} methods,"
         timed = share_of_limits.timed(named, report)
         drifts.append(_drift(asked, method, timed))
-    return DriftStudy(scene, seconds, kinetic, radius, divergence(scene, radius), tuple(drifts))
+    found = divergence(scene, asked.radius)
+    return DriftStudy(scene, seconds, asked.kinetic_energy, asked.radius, found, tuple(drifts))
 
 
 @dataclass(frozen=True)
@@ -270,6 +258,24 @@ class _Asked:
     radius: float
     kinetic_energy: float
     visited: Array
+
+    @classmethod
+    def of(cls, scene: Scene, seconds: float, limits: Limits) -> _Asked:
+        """Return the data of a scene, whose motion is computed once for them."""
+        own = taylor_run(
+            scene,
+            np.linspace(0, scene.duration, _VISITED),
+            formulation="momenta",
+            code=OPTIMISED,
+            progress=limits.timed(f"the motion over {scene.duration:g} s"),
+        )
+        equations, chain = MomentumEquations(), scene.moving_chain.convert(float)
+        visited = np.array([*own.q, *equations.from_speeds(chain, tuple(own.q), tuple(own.u))])
+        kinetic = float(np.max(lagrange.kinetic_energy(chain, tuple(own.q), tuple(own.u))))
+        if kinetic == 0:
+            raise SimulationError("the chain must move; it stays at rest in this scene")
+        radius = _RADIUS_IN_STEPS * scene.duration / own.steps
+        return cls(scene, seconds, radius, kinetic, visited)
 
     @property
     def times(self) -> Array:

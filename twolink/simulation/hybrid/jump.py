@@ -154,26 +154,40 @@ def settle(
             if so_far.struck:
                 rest = left_out(system, state, pose, mode, so_far.struck, past, so_far.strikes)
             if rest is None:
-                _check_held(system, state, pose, mode)
-                notes = so_far.notes
-                if selection.others or not selection.confirmed:
-                    notes += (_note(system, state, mode, selection),)
-                tidied = _tidied(system, state, mode, selection.orders)
-                doubts = so_far.doubts + of_early_mode(state, selection)
-                if selection.orders:
-                    doubts += of_limits(system, state, selection)
-                if so_far.strikes:
-                    doubts += of_slides_at_start(system, state, pose, fastest, selection)
-                return Jump(
-                    tidied, mode, before + so_far.strikes, notes, so_far.delay, selection.orders,
-                    doubts, so_far.endless, selection.tried,
-                )  # fmt: skip
+                return _settled(system, state, pose, mode, selection, so_far, fastest, before)
             ended, so_far = rest, so_far.ended_by(rest, ())
         state = surfaces_after(system, ended.state, pose)
     raise IntegrationError(
         f"at {float(state.t):.9g} s the laws of impact and friction lead from one impact to the "
         f"next without end; the impacts are on: {_names(system, so_far.strikes)}"
     )
+
+
+def _settled(
+    system: HybridSystem,
+    state: HybridState,
+    pose: Pose,
+    mode: Mode,
+    selection: Selection,
+    so_far: _SoFar,
+    fastest: Pair,
+    before: tuple[Strike, ...],
+) -> Jump:
+    """Return the jump to the mode of a selection, which the laws admit at a state."""
+    _check_held(system, state, pose, mode)
+    notes = so_far.notes
+    if selection.others or not selection.confirmed:
+        notes += (_note(system, state, mode, selection),)
+    tidied = _tidied(system, state, mode, selection.orders)
+    doubts = so_far.doubts + of_early_mode(state, selection)
+    if selection.orders:
+        doubts += of_limits(system, state, selection)
+    if so_far.strikes:
+        doubts += of_slides_at_start(system, state, pose, fastest, selection)
+    return Jump(
+        tidied, mode, before + so_far.strikes, notes, so_far.delay, selection.orders, doubts,
+        so_far.endless, selection.tried,
+    )  # fmt: skip
 
 
 def _check_held(system: HybridSystem, state: HybridState, pose: Pose, mode: Mode) -> None:
