@@ -18,6 +18,7 @@ from twolink.arithmetic import (
     sin,
     sine_and_cosine,
     sqrt,
+    tanh,
     times_power_of_two,
 )
 from twolink.chain import Chain
@@ -82,7 +83,7 @@ def test_mpmath_keeps_its_digits():
 
 def test_balls_have_their_functions_as_methods():
     ball = flint.arb(2)
-    for function in (sin, cos, sqrt, exp):
+    for function in (sin, cos, sqrt, exp, tanh):
         found = function(ball)
         assert isinstance(found, flint.arb)
         assert abs(float(found) - getattr(math, function.__name__)(2)) < 1e-15

@@ -144,17 +144,23 @@ def test_a_batch_of_another_shape_is_refused(shape):
 
 
 def test_roots_exponentials_and_powers():
-    from twolink.arithmetic import exp, sqrt
+    from twolink.arithmetic import exp, sqrt, tanh
 
     def text(q):
-        return (sqrt(q[0]) * exp(-q[1]), q[0] ** 5 + np.float64(2.0) * q[1] ** 0)
+        return (sqrt(q[0]) * exp(-q[1]), q[0] ** 5 + np.float64(2.0) * q[1] ** 0, tanh(q[0]))
 
     compiled = Compiled(text)
     q = (1.7, 0.3)
-    first, second = compiled(q)
+    first, second, third = compiled(q)
+    assert third == math.tanh(1.7)
     assert first == math.sqrt(1.7) * math.exp(-0.3)
     assert second == pytest.approx(1.7**5 + 2, rel=1e-15)
     assert compiled.batch(np.array([[1.7, 2.0], [0.3, 0.1]]))[:, 0] == pytest.approx(
-        [first, second], rel=1e-15
+        [first, second, third], rel=1e-15
     )
-    assert compiled.operations["sqrt"] == compiled.operations["exp"] == 1
+    assert (
+        compiled.operations["tanh"]
+        == compiled.operations["sqrt"]
+        == compiled.operations["exp"]
+        == 1
+    )

@@ -63,7 +63,7 @@ def _find_library(kind: type) -> ModuleType:
 
 
 # The methods of numbers that have functions as methods, such as the balls of Arb.
-_METHODS = ("sin", "cos", "sqrt", "exp")
+_METHODS = ("sin", "cos", "sqrt", "exp", "tanh")
 
 
 def _functions_of(kind: type) -> ModuleType:
@@ -141,6 +141,11 @@ def sqrt(x: Scalar) -> Scalar:
 def exp(x: Scalar) -> Scalar:
     """Return e to the power of x, in the type of x."""
     return _library_of(x).exp(x)
+
+
+def tanh(x: Scalar) -> Scalar:
+    """Return the hyperbolic tangent of x, in the type of x: it does not overflow as exp does."""
+    return _library_of(x).tanh(x)
 
 
 def whole_power(x: Scalar, exponent: Any) -> Scalar:

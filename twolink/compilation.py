@@ -180,6 +180,11 @@ def exp(x: TracingNumber) -> TracingNumber:
     return _function_of("exp", x)
 
 
+def tanh(x: TracingNumber) -> TracingNumber:
+    """Write down a hyperbolic tangent."""
+    return _function_of("tanh", x)
+
+
 def _function_of(name: str, x: TracingNumber) -> TracingNumber:
     argument = x.recording.write("-", "0.0", x.name) if x.negative else x.name
     return TracingNumber(x.recording, x.recording.write(name, argument))
@@ -189,8 +194,8 @@ class Compiled:
     """A formula compiled for a state of floats, and for arrays of states.
 
     `source` is the generated Python, and `of_floats` its function; `operations` counts each kind of
-    operation in it (sin, cos, sqrt, exp, abs, +, -, *, /); `depth` is the longest chain of them
-    from a state to a result.
+    operation in it (sin, cos, sqrt, exp, tanh, abs, +, -, *, /); `depth` is the longest chain of
+    them from a state to a result.
     """
 
     def __init__(self, text: Callable[..., Any]) -> None:
@@ -207,9 +212,8 @@ class Compiled:
         self.operations = dict(sorted(Counter(line.symbol for line in operations).items()))
         self.depth = _depth(operations)
         self.source = _source(self.arguments, operations, _word(result), _one_by_one)
-        self.of_floats = _function(
-            self.source, sin=math.sin, cos=math.cos, sqrt=math.sqrt, exp=math.exp
-        )
+        functions = {name: getattr(math, name) for name in ("sin", "cos", "sqrt", "exp", "tanh")}
+        self.of_floats = _function(self.source, **functions)
         self._in_pairs = _source(self.arguments, operations, _word(result), _in_pairs)
 
     def __call__(self, *state: Any) -> Any:
@@ -218,7 +222,8 @@ class Compiled:
 
     @cached_property
     def _of_arrays(self) -> Callable[..., Any]:
-        return _function(self._in_pairs, sin_and_cos=_sin_and_cos, sqrt=np.sqrt, exp=np.exp)
+        functions = {"sqrt": np.sqrt, "exp": np.exp, "tanh": np.tanh}
+        return _function(self._in_pairs, sin_and_cos=_sin_and_cos, **functions)
 
     def batch(self, *states: Any) -> np.ndarray:
         """Return the values for many states, as an array with the states along its last axis.

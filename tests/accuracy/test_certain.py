@@ -39,6 +39,7 @@ def test_a_comparison_of_overlapping_balls_is_refused(order, pair):
         lambda x, y: abs(x - y) + arithmetic.sin(x) * arithmetic.cos(y),
         lambda x, y: x**3 - (+y) ** -1 + x * Fraction(1, 3) - Fraction(1, 3) / y,
         lambda x, y: arithmetic.sqrt(x) + arithmetic.exp(y),
+        lambda x, y: arithmetic.tanh(x * y),
     ],
 )
 def test_formulas_contain_those_of_their_numbers(formula):

@@ -21,6 +21,7 @@ RULES = [
     (lambda a, b: arithmetic.sin(a) * arithmetic.cos(b)),
     (lambda a, b: a**3 - (+b) ** -2 + a**0 * b**1),
     (lambda a, b: arithmetic.exp(b) + arithmetic.sqrt(a)),
+    (lambda a, b: arithmetic.tanh(a - 2 * b) * a),
 ]
 
 

@@ -8,7 +8,7 @@ import pytest
 from flint import arb, arb_series
 
 from twolink.accuracy.series import Series
-from twolink.arithmetic import cos, exp, sin, sqrt
+from twolink.arithmetic import cos, exp, sin, sqrt, tanh
 from twolink.errors import SimulationError
 
 RADIUS, TERMS = 0.5, 12
@@ -23,6 +23,7 @@ TEXTS = {
     "reciprocal": lambda x, y: 1 / (y + 4),
     "exponential": lambda x, y: exp(x - 2 * y),
     "root": lambda x, y: sqrt(x * y + 4),
+    "hyperbolic tangent": lambda x, y: tanh(x - 2 * y),
     "power": lambda x, y: x**5 - (y + 4) ** -3 + x**0,
     "difference": lambda x, y: 1.5 - sin(y) * 4,
 }

@@ -11,7 +11,7 @@ import pytest
 from tests.effects.test_custom_elements import Elements
 from tests.effects.test_inputs_of_effects import GOOD
 from twolink import arithmetic
-from twolink.arithmetic import cos, exp, sign, sin, sqrt
+from twolink.arithmetic import cos, exp, sign, sin, sqrt, tanh
 from twolink.chain import Chain, Point
 from twolink.effects import (
     EFFECTS,
@@ -246,7 +246,7 @@ class Everything(Effect):
     def loads(self, chain, q, u, t=0.0):
         vx, vy = velocity(chain, q, u, chain.D)
         drag = Force(chain.D, (-0.1 * vx * vx * vx, np.float64(-0.1) * vy**3))
-        tau = self.size * sin(3 * t) * exp(-(u[0] ** 2)) / sqrt(1 + u[1] * u[1])
+        tau = self.size * sin(3 * t) * exp(-(u[0] ** 2)) / sqrt(1 + u[1] * u[1]) - tanh(u[0] / 2)
         return (drag, *motor_loads(tau, cos(q[0]) - 0.5))
 
 
@@ -305,8 +305,8 @@ def test_a_frozen_effect_is_kept_as_it_is():
 
 def test_functions_of_arithmetic_are_all_known():
     """All functions for users are tried, except the sign, which is not smooth."""
-    offered = {n for n in vars(arithmetic) if n in ("sin", "cos", "sqrt", "exp", "sign")}
-    assert offered == {"sin", "cos", "sqrt", "exp", "sign"}
+    offered = {n for n in vars(arithmetic) if n in ("sin", "cos", "sqrt", "exp", "tanh", "sign")}
+    assert offered == {"sin", "cos", "sqrt", "exp", "tanh", "sign"}
 
 
 @dataclass(frozen=True)

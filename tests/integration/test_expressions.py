@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from twolink.accuracy.reference import reference
-from twolink.arithmetic import cos, exp, sin, sqrt
+from twolink.arithmetic import cos, exp, sin, sqrt, tanh
 from twolink.chain import Chain
 from twolink.contact.elastoplastic import Material
 from twolink.effects import Effect
@@ -28,7 +28,7 @@ FORMULAS = {
     "of an integer": lambda x: 2 / (x - 7),
     "by NumPy's number": lambda x: np.float64(0.1) * x / np.float64(7),
     "sum of constants": lambda x: (0 * x + 0.1) + 0.2 - (0.7 - x) + (1 + x),
-    "functions": lambda x: sin(x / 7) + cos(x / 9) * exp(-x / 25) - sqrt(x / 11),
+    "functions": lambda x: sin(x / 7) + cos(x / 9) * exp(-x / 25) - sqrt(x / 11) * tanh(x / 5),
     "powers": lambda x: x**2 - (x / 13) ** (5 / 12) + (+x) ** -1,
     "product of quotients": lambda x: (x / 3.0) * (x / 49.0) / x,
 }

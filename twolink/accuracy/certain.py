@@ -100,6 +100,11 @@ def exp(x: Certain) -> Certain:
     return Certain(x.ball.exp())
 
 
+def tanh(x: Certain) -> Certain:
+    """Return the hyperbolic tangent."""
+    return Certain(x.ball.tanh())
+
+
 def sqrt(x: Certain) -> Certain:
     """Return the square root."""
     return Certain(x.ball.sqrt())

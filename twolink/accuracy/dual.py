@@ -147,6 +147,12 @@ def exp(x: Dual) -> Dual:
     return Dual(value, x.slope * value)
 
 
+def tanh(x: Dual) -> Dual:
+    """Return the hyperbolic tangent of a dual number."""
+    value = arithmetic.tanh(x.value)
+    return Dual(value, x.slope * (1 - value * value))
+
+
 def sqrt(x: Dual) -> Dual:
     """Return the square root of a dual number."""
     value = arithmetic.sqrt(x.value)

@@ -88,6 +88,12 @@ class Series:
         """Return e to the power of the series: ‖exp a‖ ≤ |exp a_0| exp ‖a − a_0‖."""
         return Series(self.terms.exp(), self.terms[0].exp() * self._beyond_the_first().exp())
 
+    def tanh(self) -> Series:
+        """Return the hyperbolic tangent, by exponentials of at least 1."""
+        if self.terms[0] < 0:
+            return -(-self).tanh()
+        return 1 - 2 / (1 + (2 * self).exp())
+
     def sqrt(self) -> Series:
         """Return the square root: with r = ‖a − a_0‖/|a_0|, ‖√a‖ ≤ √|a_0| (2 − √(1 − r))."""
         first = self.terms[0]
@@ -132,6 +138,11 @@ def cos(x: Series) -> Series:
 def exp(x: Series) -> Series:
     """Return e to the power of a series."""
     return x.exp()
+
+
+def tanh(x: Series) -> Series:
+    """Return the hyperbolic tangent of a series."""
+    return x.tanh()
 
 
 def sqrt(x: Series) -> Series:

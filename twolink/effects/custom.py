@@ -33,7 +33,7 @@ from twolink.points import as_link, as_point
 from twolink.text import quoted
 from twolink.values import is_value
 
-_FUNCTIONS = "+, -, *, / and the functions of twolink.arithmetic (sin, cos, sqrt, exp)"
+_FUNCTIONS = "+, -, *, / and the functions of twolink.arithmetic (sin, cos, sqrt, exp, tanh)"
 _PIECES = (
     "an effect that is smooth only piece by piece must be a PiecewiseEffect or a ContactEffect"
 )
@@ -243,7 +243,7 @@ def sin(x: Symbolic) -> Symbolic:
     return Symbolic()
 
 
-cos = sqrt = exp = sin
+cos = sqrt = exp = tanh = sin
 
 
 def sign(x: Symbolic) -> NoReturn:

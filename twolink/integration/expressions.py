@@ -112,3 +112,8 @@ def sqrt(x: Precise) -> Precise:
 def exp(x: Precise) -> Precise:
     """Return e to the power of x."""
     return Precise(heyoka().exp(x.expression), x.number)
+
+
+def tanh(x: Precise) -> Precise:
+    """Return the hyperbolic tangent of x."""
+    return Precise(heyoka().tanh(x.expression), x.number)

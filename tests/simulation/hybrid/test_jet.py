@@ -77,10 +77,11 @@ def test_arithmetic_gives_exactly_the_taylor_coefficients(formula):
         (arithmetic.cos, mpmath.cos),
         (arithmetic.exp, mpmath.exp),
         (arithmetic.sqrt, mpmath.sqrt),
+        (arithmetic.tanh, mpmath.tanh),
         (lambda f: f**1.5, lambda f: f ** mpmath.mpf(1.5)),
         (lambda f: f ** (-0.25), lambda f: f ** mpmath.mpf(-0.25)),
     ],
-    ids=["sin", "cos", "exp", "sqrt", "power 3/2", "power -1/4"],
+    ids=["sin", "cos", "exp", "sqrt", "tanh", "power 3/2", "power -1/4"],
 )
 @pytest.mark.parametrize("terms", [F, G])
 def test_functions_give_the_taylor_coefficients(ours, theirs, terms):

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from twolink.arithmetic import cos, exp, sin, sqrt
+from twolink.arithmetic import cos, exp, sin, sqrt, tanh
 from twolink.simulation.smooth.sized import Sized
 
 EPS = np.finfo(float).eps
@@ -16,6 +16,7 @@ FORMULAS = {
     "a large phase": lambda x: 5 * sin(3 * x + 1e6),
     "a shifted square": lambda x: (x + 1e4) ** 2 - 2e4 * x - 1e8,
     "roots of small differences": lambda x: sqrt(1e6 + x - 1e6),
+    "a saturation": lambda x: 1e3 * tanh((x - 1.4) * 300.0),
     "an exponential": lambda x: exp(-(((x - 1.4) / 0.05) ** 2) + 300.0) * 1e-130,
 }
 

@@ -296,6 +296,32 @@ class _Exponential(Derived):
         return sum([j * x[j] * y[k - j] for j in range(1, k + 1)]) / k
 
 
+class _Tangent(Derived):
+    """The hyperbolic tangent y of a jet x, and y'/x' = 1 − y², which it extends."""
+
+    __slots__ = ("slope",)
+
+    def __init__(self, of: Jet, other: Any = None) -> None:
+        """Compute both."""
+        self.slope = Jet((), of.recording)
+        super().__init__(of, other)
+
+    def forget(self) -> None:
+        """Keep only the first coefficients of both."""
+        super().forget()
+        self.slope.forget()
+
+    def term(self, k: int) -> Any:
+        x, y, slope = self.of.terms, self.terms, self.slope.terms
+        if k == 0:
+            found = arithmetic.tanh(x[0])
+            slope.append((1 - found) * (1 + found))
+            return found
+        found = sum([j * x[j] * slope[k - j] for j in range(1, k + 1)]) / k
+        slope.append(-2 * y[0] * found - sum([y[j] * y[k - j] for j in range(1, k)]))
+        return found
+
+
 class _Root(Derived):
     __slots__ = ()
 
@@ -336,6 +362,11 @@ def cos(x: Jet) -> Jet:
 def exp(x: Jet) -> Jet:
     """Return e to the power of a jet."""
     return x.derived(_Exponential)
+
+
+def tanh(x: Jet) -> Jet:
+    """Return the hyperbolic tangent of a jet."""
+    return x.derived(_Tangent)
 
 
 def sqrt(x: Jet) -> Jet:

@@ -166,6 +166,11 @@ def exp(x: Sized) -> Sized:
     return x._mapped(np.exp, np.exp, of_argument=True)
 
 
+def tanh(x: Sized) -> Sized:
+    """Return the hyperbolic tangent."""
+    return x._mapped(np.tanh, lambda y: 1 - np.tanh(y) ** 2, of_argument=True)
+
+
 def sqrt(x: Sized) -> Sized:
     """Return the square root."""
     least = np.finfo(float).tiny
