@@ -71,6 +71,7 @@ ROWS = {
     "twolink.urdf": [
         "link_parameters spatial text",
         "inertia reading",
+        "unread",
         "lumping",
         "tip",
         "plane",

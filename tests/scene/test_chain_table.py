@@ -110,6 +110,9 @@ def test_oblique_gravity_acts_by_its_component(tmp_path):
     text = file.read_text()
     file.write_text(text.replace("g = 9.81", "g = 1.62"))
     assert Scene.load(file).effects[0].g == pytest.approx(1.62 * math.cos(0.3), rel=1e-15)
+    # The length of the direction has no meaning.
+    file.write_text(text.replace("g = 9.81", "g = 9.81\ndirection = [0.0, 2.0]"))
+    assert Scene.load(file).effects == scene.effects
     # A direction of its own is one in the plane.
     file.write_text(text.replace("g = 9.81", "g = 9.81\ndirection = [1.0, 0.0]"))
     assert Scene.load(file).effects[0] == Gravity(9.81, (1.0, 0.0))

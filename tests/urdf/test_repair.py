@@ -207,6 +207,24 @@ def test_namespaces_that_are_not_used_are_removed_with_the_rest():
     assert repair_urdf(sound) == Repair(sound, (), ())
 
 
+def test_prefixes_of_extensions_are_kept():
+    """Drake looks for the prefix: with another one it does not read the inertia of a rotor."""
+    inner = '<drake:rotor_inertia drake:unit="kg" value="0.5"/><other:gear/>'
+    declared = 'xmlns:drake="http://drake.mit.edu" xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    text = PLAIN.replace("<robot", f"<robot {declared}").replace(
+        "</robot>",
+        f'<transmission><actuator xmlns:other="o">{inner}</actuator></transmission></robot>',
+    )
+    repaired = repair_urdf(text)
+    assert repaired.changes[-1] == "removed declarations of XML namespaces: 'xacro'"
+    for word in (
+        'xmlns:drake="http://drake.mit.edu"', 'xmlns:other="o"', "<drake:rotor_inertia ",
+        'drake:unit="kg"', "<other:gear",
+    ):  # fmt: skip
+        assert repaired.text.count(word) == 1
+    assert "ns0" not in repaired.text
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS, Effect
@@ -63,9 +64,15 @@ def in_plane(read: PlanarUrdf, effect: Effect) -> Effect | None:
         return effect
     share = read.gravity / STANDARD_GRAVITY
     given: Any = effect
-    if share == 1 or given.direction != gravity().direction:
+    if share == 1 or not _are_parallel(given.direction, gravity().direction):
         return effect
     return gravity(given.g * share) if share else None
+
+
+def _are_parallel(one: Pair, other: Pair) -> bool:
+    """Return whether two vectors, of any length, have one direction."""
+    (x1, y1), (x2, y2) = one, other
+    return bool(x1 * y2 == y1 * x2 and x1 * x2 + y1 * y2 > 0)
 
 
 def not_simulated(read: PlanarUrdf, asked: tuple[str, ...]) -> str:

@@ -17,9 +17,10 @@ from twolink.text import quoted
 from twolink.urdf.link_parameters import LinkParameters
 from twolink.urdf.lumping import RigidBody, two_bodies
 from twolink.urdf.plane import in_the_plane
-from twolink.urdf.reading import Limits, naming, parse_tree
+from twolink.urdf.reading import Limits, naming, parse_xml, tree_of
 from twolink.urdf.spatial import STANDARD_GRAVITY, Vector3
 from twolink.urdf.text import read_text
+from twolink.urdf.unread import check_names, unread
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,9 @@ def parse_planar_urdf(
         as_word("tip", tip)
     gravity = _gravity(gravity)
     with naming(as_word("source", source)):
-        first, second = two_bodies(parse_tree(text))
+        robot = parse_xml(text)
+        check_names(robot)
+        first, second = two_bodies(tree_of(robot))
         plane = in_the_plane(first, second, tip, gravity)
     frame, end = plane.frame, plane.end
     return PlanarUrdf(
@@ -119,7 +122,7 @@ def parse_planar_urdf(
         world_gravity=gravity,
         tip=end.name,
         tip_position=end.position,
-        notes=plane.notes,
+        notes=(*plane.notes, *unread(robot)),
         gravity_note=frame.note,
         left_out=(*_resistance_left_out(first), *_resistance_left_out(second)),
     )

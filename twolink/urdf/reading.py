@@ -25,6 +25,8 @@ JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "plan
 # Python's float() also takes "1_000", "nan" and digits of every script. A URDF does not.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
+_SPACES = re.compile(r"[ \t\r\n]+")
+
 _XACRO = "xacro"
 _XACRO_TAG = re.compile(r"</?xacro:")
 
@@ -122,7 +124,11 @@ def parse_tree(text: str) -> Tree:
     Raises `UrdfError` for text that is not URDF: malformed or hostile XML, names missing or given
     twice, numbers that are not finite, and links that do not hang together as one tree.
     """
-    robot = parse_xml(text)
+    return tree_of(parse_xml(text))
+
+
+def tree_of(robot: ET.Element) -> Tree:
+    """Return the tree of a <robot> element, as `parse_tree` does."""
     if not robot.get("name"):
         raise UrdfError("<robot> must have a name; got none (`twolink urdf repair` adds one)")
     links = [_read_link(element) for element in _named(robot, "link")]
@@ -337,7 +343,8 @@ def _vector(
 def _numbers(text: str | None, where: str, count: int, wanted: str) -> list[float]:
     if text is None:
         raise UrdfError(f"{where} is missing; it must be {wanted}")
-    words = text.split()
+    # Python's split() also takes spaces of every script, which XML does not.
+    words = _SPACES.split(text.strip(" \t\r\n"))
     numbers = [float(word) for word in words if _NUMBER.fullmatch(word)]
     if not len(words) == len(numbers) == count or not all(map(math.isfinite, numbers)):
         raise UrdfError(f"{where} must be {wanted}; got {quoted(text)}")
