@@ -10,6 +10,7 @@ from scipy.integrate import quad
 from twolink.contact.elastoplastic import ElastoPlastic, Material
 from twolink.contact.force_laws import Phase, PlasticState
 from twolink.errors import IntegrationError, SimulationError
+from twolink.integration.precisions import PRECISIONS
 
 STEEL = Material(modulus=1.15e11, radius=0.01, strength=3e8, poisson=0.3)
 SOFT = Material(modulus=1.1e8, radius=0.05, strength=1e6, poisson=0.4)
@@ -22,21 +23,22 @@ def published(material: Material, x: float) -> tuple[mpmath.mpf, mpmath.mpf]:
     with mpmath.workdps(40):
         E, R, Sy, nu = map(mpmath.mpf, vars_of(material))
         x = mpmath.mpf(x)
-        C = mpmath.mpf(1.295) * mpmath.exp(mpmath.mpf(0.736) * nu)
+        C = mpmath.mpf("1.295") * mpmath.exp(mpmath.mpf("0.736") * nu)
         delta_y = (mpmath.pi * C * Sy / (2 * E)) ** 2 * R
         P_y = mpmath.mpf(4) / 3 * (R / E) ** 2 * (C * mpmath.pi * Sy / 2) ** 3
         assert abs(P_y / (mpmath.mpf(4) / 3 * E * mpmath.sqrt(R) * delta_y**1.5) - 1) < 1e-30
         if x < 1.9:
             P = P_y * x ** mpmath.mpf(1.5)
         else:
-            B = mpmath.mpf(0.14) * mpmath.exp(23 * Sy / E)
-            a = R * mpmath.pi * C * Sy / (2 * E) * mpmath.sqrt(x * (x / mpmath.mpf(1.9)) ** B)
-            H = Sy * (mpmath.mpf(2.84) - mpmath.mpf(0.92) * (1 - mpmath.cos(mpmath.pi * a / R)))
+            B = mpmath.mpf("0.14") * mpmath.exp(23 * Sy / E)
+            a = R * mpmath.pi * C * Sy / (2 * E) * mpmath.sqrt(x * (x / mpmath.mpf("1.9")) ** B)
+            H = Sy * (mpmath.mpf("2.84") - mpmath.mpf("0.92") * (1 - mpmath.cos(mpmath.pi * a / R)))
             P = P_y * (
                 mpmath.exp(-(x ** (mpmath.mpf(5) / 12)) / 4) * x**1.5
                 + 4 * H / (C * Sy) * (1 - mpmath.exp(-(x ** (mpmath.mpf(5) / 9)) / 25)) * x
             )
-        stays = mpmath.mpf(1.02) * (1 - ((x + mpmath.mpf(5.9)) / mpmath.mpf(6.9)) ** -0.54)
+        part, offset, scale, power = map(mpmath.mpf, ("1.02", "5.9", "6.9", "-0.54"))
+        stays = part * (1 - ((x + offset) / scale) ** power)
         return P, stays
 
 
@@ -51,6 +53,23 @@ def test_forces_and_dents_are_the_published_ones(material, x):
     depth = x * material.yield_depth
     assert material.compression(depth) == pytest.approx(float(force), rel=1e-13)
     assert material.residual(depth) / depth == pytest.approx(float(stays), rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+@pytest.mark.parametrize("x", DEPTHS)
+def test_long_numbers_have_the_published_decimals(precision, x):
+    """With constants rounded to float64 all runs of a motion shared their rounding."""
+    own = PRECISIONS[precision]
+    material = Material(*map(own.number, vars_of(SOFT)))
+    force, stays = published(SOFT, x)
+    depth = own.number(x) * material.yield_depth
+    for found, exact in (
+        (material.compression(depth), force),
+        (material.residual(depth) / depth, stays),
+    ):
+        with mpmath.workdps(40):
+            missed = mpmath.mpf(str(found)) - exact
+            assert abs(missed) <= 200 * own.rounding * max(abs(exact), 1)
 
 
 @pytest.mark.parametrize(("poisson", "jump"), [(0.0, 0.075), (0.3, 0.005), (0.5, -0.034)])

@@ -1,18 +1,21 @@
 """Compliant surfaces: their laws, the first touch, and the rigid impact as their limit."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from twolink.arithmetic import fraction_in
 from twolink.chain import Chain
 from twolink.contact.states import ContactState
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.surface import Surface
 from twolink.errors import ParameterError
+from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.run import hybrid_run
@@ -216,6 +219,42 @@ def test_a_ball_has_hertzs_stiffness(law):
     )
     (cushion,) = steel.contact_elements(BARS)
     assert cushion.law.stiffness == pytest.approx(4 / 3 * 0.1 * 2.1e11 / (2 * 0.91), rel=1e-14)
+
+
+@pytest.mark.parametrize("law", ["hertz", "hunt-crossley"])
+def test_a_balls_stiffness_is_that_of_each_precision(law):
+    """Its rounding to float64 was shared by all runs: 2 rad wrong after 18 s, 1e-10 reported."""
+    modulus, poisson = (2.1e11, 9.5e10), (0.3, 0.28)
+    ball = CompliantSurface(
+        (0.0, 1.45), (0.0, -1.0), law, radius=0.0625, modulus=modulus, poisson=poisson
+    )
+    flexible = sum(
+        (1 - Fraction(nu) ** 2) / Fraction(E) for E, nu in zip(modulus, poisson, strict=True)
+    )
+    stiffness = Fraction(4, 3) / flexible / 4
+    for own in PRECISIONS.values():
+        (element,) = ball.contact_elements(BARS.convert(own.number))
+        exact = fraction_in(stiffness, own.number(0))
+        assert abs(float((element.law.stiffness - exact) / exact)) <= 4 * own.rounding
+
+
+def test_a_motion_on_a_ball_is_that_on_its_exact_stiffness():
+    modulus, poisson = (2.1e11, 9.5e10), (0.3, 0.28)
+    flexible = sum(
+        (1 - Fraction(nu) ** 2) / Fraction(E) for E, nu in zip(modulus, poisson, strict=True)
+    )
+    surfaces = (
+        CompliantSurface(
+            (0.0, 1.45), (0.0, -1.0), "hertz", radius=0.0625, modulus=modulus, poisson=poisson
+        ),
+        CompliantSurface((0.0, 1.45), (0.0, -1.0), "hertz", Fraction(4, 3) / flexible / 4),
+    )
+    first, second = (
+        simulate(scene(Gravity(), surface, q=(-0.9, -0.5), duration=6.0, accuracy=1e-13))
+        for surface in surfaces
+    )
+    assert first.error < 1e-13
+    assert np.abs(first.u - second.u).max() <= first.error + second.error
 
 
 def test_a_point_released_on_the_surface_sinks_in():

@@ -128,7 +128,8 @@ def test_below_yield_the_motion_is_that_of_hertzs_law():
         same = simulate(replace(trajectory.scene, effects=(hertz,)), samples=401)
         assert trajectory.q == pytest.approx(same.q, abs=1e-14)
         assert trajectory.u == pytest.approx(same.u, abs=1e-14)
-        assert [e.time for e in trajectory.events] == [e.time for e in same.events]
+        times = [[event.time for event in each.events] for each in (trajectory, same)]
+        assert times[0] == pytest.approx(times[1], abs=1e-14)
 
 
 def test_sliding_loses_mu_times_the_normal_impulse():

@@ -32,79 +32,100 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 
-from twolink.arithmetic import Scalar, cos, exp, sqrt
+from twolink.arithmetic import Scalar, cos, exp, fraction_in, sqrt
 from twolink.contact.force_laws import Branch, Hertz, Phase, PlasticState
 from twolink.errors import IntegrationError
 
 # Compression follows Hertz's law up to this multiple of the yield depth.
-_HERTZ_UP_TO = 1.9
+_HERTZ_UP_TO = Fraction(19, 10)
+
+# π by a convergent of its continued fraction, to 1e-36: both whole numbers are exact in long
+# doubles.
+_PI = Fraction(2646693125139304345, 842468587426513207)
 
 
 @dataclass(frozen=True)
 class Material:
-    """The parameters: E* (Pa), radius of the ball (m), S_y (Pa) and ν of the yielding body."""
+    """The parameters: E* (Pa), radius of the ball (m), S_y (Pa) and ν of the yielding body.
 
-    modulus: float
-    radius: float
-    strength: float
-    poisson: float
+    All are numbers of one type. The constants of the fits are decimal fractions in that type, so
+    that runs of different precisions do not share their rounding.
+    """
+
+    modulus: Scalar
+    radius: Scalar
+    strength: Scalar
+    poisson: Scalar
+
+    def _number(self, constant: Fraction | int) -> Scalar:
+        """Return a constant in the type of the parameters."""
+        return fraction_in(Fraction(constant), 0 * self.modulus)
 
     @cached_property
-    def factor(self) -> float:
+    def factor(self) -> Scalar:
         """C: the mean pressure at first yield is 2/3 C S_y."""
-        return 1.295 * math.exp(0.736 * self.poisson)
+        factor, of_poisson = map(self._number, (Fraction(1295, 1000), Fraction(736, 1000)))
+        return factor * exp(of_poisson * self.poisson)
 
     @cached_property
-    def slope(self) -> float:
+    def slope(self) -> Scalar:
         """π C S_y / 2 E*, the ratio of contact radius to ball radius at first yield."""
-        return math.pi * self.factor * self.strength / (2 * self.modulus)
+        return self._number(_PI) * self.factor * self.strength / (2 * self.modulus)
 
     @cached_property
-    def stiffness(self) -> float:
-        """Hertz's K = 4/3 E* √R (N/m^{3/2})."""
-        return 4 / 3 * self.modulus * math.sqrt(self.radius)
+    def stiffness(self) -> Scalar:
+        """Hertz's K (N/m^{3/2})."""
+        return hertzian(self.modulus, self.radius)
 
     @cached_property
-    def yield_depth(self) -> float:
+    def yield_depth(self) -> Scalar:
         """δ_y (m)."""
-        return self.slope**2 * self.radius
+        return self.slope * self.slope * self.radius
 
     @cached_property
-    def yield_force(self) -> float:
+    def yield_force(self) -> Scalar:
         """F_y (N)."""
-        return self.stiffness * self.yield_depth * math.sqrt(self.yield_depth)
+        return self.stiffness * self.yield_depth * sqrt(self.yield_depth)
 
     @cached_property
-    def flow_depth(self) -> float:
+    def flow_depth(self) -> Scalar:
         """1.9 δ_y (m), the end of Hertzian compression."""
-        return _HERTZ_UP_TO * self.yield_depth
+        return self._number(_HERTZ_UP_TO) * self.yield_depth
 
     @cached_property
-    def exponent(self) -> float:
+    def exponent(self) -> Scalar:
         """B, by which contact radii grow faster than by Hertz's law."""
-        return 0.14 * math.exp(23 * self.strength / self.modulus)
+        return self._number(Fraction(14, 100)) * exp(23 * self.strength / self.modulus)
 
     @cached_property
-    def last_depth(self) -> float:
-        """The depth (m) up to which the fits hold: a < R, and dents are shallower than presses."""
-        B = self.exponent
-        as_wide = math.exp((B * math.log(_HERTZ_UP_TO) - 2 * math.log(self.slope)) / (1 + B))
+    def last_depth(self) -> Scalar:
+        """The depth (m) up to which the fits hold: a < R, and dents are shallower than presses.
+
+        It is that of float64 in all precisions, as it bounds the range of the law alone.
+        """
+        B, slope, up_to = float(self.exponent), float(self.slope), float(_HERTZ_UP_TO)
+        as_wide = math.exp((B * math.log(up_to) - 2 * math.log(slope)) / (1 + B))
         as_deep = 6.9 * (1 - 1 / 1.02) ** (-1 / 0.54) - 5.9
-        return self.yield_depth * max(_HERTZ_UP_TO, min(as_wide, as_deep))
+        return self.yield_depth * self._number(Fraction(max(up_to, min(as_wide, as_deep))))
 
     def contact_radius(self, depth: Scalar) -> Scalar:
         """Return a/R at a depth (m) beyond `flow_depth`."""
         x, B = depth / self.yield_depth, self.exponent
-        return self.slope * (1 / _HERTZ_UP_TO) ** (B / 2) * x ** ((1 + B) / 2)
+        return self.slope * self._number(1 / _HERTZ_UP_TO) ** (B / 2) * x ** ((1 + B) / 2)
 
     def flow_force(self, depth: Scalar) -> Scalar:
         """Return Jackson and Green's force (N) at a depth (m) beyond `flow_depth`."""
         x = depth / self.yield_depth
-        hardness = 2.84 - 0.92 * (1 - cos(math.pi * self.contact_radius(depth)))
-        elastic = exp(-(x ** (5 / 12)) / 4) * x**1.5
-        plastic = 4 / self.factor * hardness * (1 - exp(-(x ** (5 / 9)) / 25)) * x
+        most, drop, first, second = map(
+            self._number,
+            (Fraction(284, 100), Fraction(92, 100), Fraction(5, 12), Fraction(5, 9)),
+        )
+        hardness = most - drop * (1 - cos(self._number(_PI) * self.contact_radius(depth)))
+        elastic = exp(-(x**first) / 4) * x**1.5
+        plastic = 4 / self.factor * hardness * (1 - exp(-(x**second) / 25)) * x
         return self.yield_force * (elastic + plastic)
 
     def compression(self, depth: Scalar) -> Scalar:
@@ -115,8 +136,17 @@ class Material:
 
     def residual(self, deepest: Scalar) -> Scalar:
         """Return the residual depth (m) after a largest depth (m) of at least δ_y."""
+        part, offset, scale, power = map(
+            self._number,
+            (Fraction(102, 100), Fraction(59, 10), Fraction(69, 10), Fraction(-54, 100)),
+        )
         y = deepest / self.yield_depth
-        return 1.02 * deepest * (1 - ((y + 5.9) / 6.9) ** -0.54)
+        return part * deepest * (1 - ((y + offset) / scale) ** power)
+
+
+def hertzian(modulus: Scalar, radius: Scalar) -> Scalar:
+    """Return Hertz's K = 4/3 E* √R (N/m^{3/2}) of a ball of a radius (m), in their type."""
+    return 4 * modulus * sqrt(radius) / 3
 
 
 @dataclass(frozen=True)
@@ -156,11 +186,11 @@ class ElastoPlastic:
         if dent.is_kept:
             return Branch(Hertz(dent.stiffness), dent.residual, sqrt(dent.deepest - dent.residual))
         if dent.phase is Phase.FLOWS:
-            return Branch(Flow(material), reach=math.sqrt(material.last_depth), turning=1)
+            return Branch(Flow(material), reach=sqrt(material.last_depth), turning=1)
         hertz = Hertz(material.stiffness)
         if dent.phase is Phase.YIELDS:
-            return Branch(hertz, reach=math.sqrt(material.flow_depth), turning=1)
-        return Branch(hertz, reach=math.sqrt(material.yield_depth))
+            return Branch(hertz, reach=sqrt(material.flow_depth), turning=1)
+        return Branch(hertz, reach=sqrt(material.yield_depth))
 
     def jump(self, dent: PlasticState) -> Scalar:
         """Return the depth (m) of the jump between both published fits, or that of their end."""
@@ -199,7 +229,7 @@ class ElastoPlastic:
 
     def _out_of_range(self, depth: Scalar) -> IntegrationError:
         return IntegrationError(
-            f"a ball of radius {self.material.radius:.6g} m is pressed {float(depth):.3g} m deep,"
-            " to the end of the range of the elasto-plastic law: the contact radius must be smaller"
-            " than the radius of the ball"
+            f"a ball of radius {float(self.material.radius):.6g} m is pressed {float(depth):.3g} m"
+            " deep, to the end of the range of the elasto-plastic law: the contact radius must be"
+            " smaller than the radius of the ball"
         )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
 from twolink.contact.coordinates import PointCoordinate, PointName
-from twolink.contact.elastoplastic import ElastoPlastic, Material
+from twolink.contact.elastoplastic import ElastoPlastic, Material, hertzian
 from twolink.contact.elements import CompliantContact
 from twolink.contact.force_laws import (
     ContactLaw,
@@ -115,7 +116,7 @@ class CompliantSurface(ContactEffect):
 
     def _check_yielding(self) -> None:
         """Require a material within the range of Jackson and Green's fits, and of float64."""
-        material = self._material
+        material = self._material_in(float)
         if material.poisson < 0:
             self._refuse("poisson", self.poisson, "zero or positive for the body that yields")
         if not material.strength <= _STRONGEST * material.modulus:
@@ -137,31 +138,29 @@ class CompliantSurface(ContactEffect):
         assert self.radius is not None
         return self.radius
 
-    @property
-    def _modulus(self) -> float:
-        """E* (Pa)."""
+    def _modulus_in(self, number: Callable[[Any], Scalar]) -> Scalar:
+        """Return E* (Pa) in a type of numbers."""
         assert self.modulus is not None
         assert self.poisson is not None
-        bodies = zip(self.modulus, self.poisson, strict=True)
-        return 1 / sum((1 - nu * nu) / E for E, nu in bodies)
+        (E1, E2), (nu1, nu2) = map(number, self.modulus), map(number, self.poisson)
+        return 1 / ((1 - nu1 * nu1) / E1 + (1 - nu2 * nu2) / E2)
 
-    @property
-    def _stiffness(self) -> float:
-        """The given stiffness, or the Hertzian one of the ball."""
+    def _stiffness_in(self, number: Callable[[Any], Scalar]) -> Scalar:
+        """Return the given stiffness, or the Hertzian one of the ball, in a type of numbers."""
         if self.stiffness is not None:
-            return self.stiffness
-        return 4 / 3 * self._modulus * math.sqrt(self._radius)
+            return number(self.stiffness)
+        return hertzian(self._modulus_in(number), number(self._radius))
 
-    @property
-    def _material(self) -> Material:
-        """The yielding body: the one of lesser C S_y (Jackson and Green)."""
+    def _material_in(self, number: Callable[[Any], Scalar]) -> Material:
+        """Return the yielding body, the one of lesser C S_y (Jackson and Green)."""
         assert self.poisson is not None
         assert self.strength is not None
+        modulus, radius = self._modulus_in(number), number(self._radius)
         bodies = [
-            Material(self._modulus, self._radius, strength, nu)
+            Material(modulus, radius, number(strength), number(nu))
             for strength, nu in zip(self.strength, self.poisson, strict=True)
         ]
-        return min(bodies, key=lambda body: body.slope)
+        return min(bodies, key=lambda body: float(body.slope))
 
     @property
     def label(self) -> str:
@@ -190,13 +189,15 @@ class CompliantSurface(ContactEffect):
 
     def _law(self, chain: Chain) -> tuple[ContactLaw, Hysteresis | None]:
         """Return the law of the undamaged surface, and its history dependence."""
-        stiffness, loss = chain.scalars((self._stiffness, self.loss))
+        stiffness, loss = self._stiffness_in(chain.scalar), chain.scalar(self.loss)
         if self.law == "kelvin-voigt":
             return KelvinVoigt(stiffness, loss), None
         if self.law == "hunt-crossley":
             law = HuntCrossley(stiffness, loss)
             return law, NoPull(law) if self.loss else None
-        memory = ElastoPlastic(self._material) if self.law == "elasto-plastic" else None
+        if self.law == "hertz":
+            return Hertz(stiffness), None
+        memory = ElastoPlastic(self._material_in(chain.scalar))
         return Hertz(stiffness), memory
 
     def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
