@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from typer.main import get_command
@@ -12,7 +13,7 @@ from typer.testing import CliRunner
 
 from twolink import cli, files
 from twolink.cli import app
-from twolink.cli.program import _ended_by_signals
+from twolink.cli.program import _ended_by_signals, usage_sentence
 from twolink.data import data_path
 from twolink.errors import BrowserError, FileError, IntegrationError, ParameterError
 
@@ -47,6 +48,7 @@ def started(*words, **options):
         (["verify", "--state", "3"], "got '--state' (did you mean '--states'"),
         (["verfy"], "got 'verfy' (did you mean 'verify'?)"),
         (["--verion"], "one of --version, --help; got '--verion' (did you mean '--version'?)"),
+        (["urdf"], "`twolink urdf` must have a command, one of show, repair, write, convert; see"),
         (["urdf", "shw"], "the command must be one of show, repair, write, convert; got 'shw'"),
         (["\x1b[2J"], "got '\\x1b[2J'"),
         (["hardcases", "--case", "zen"], "case must be one of zeno, zeno-slow; got 'zen'"),
@@ -80,6 +82,15 @@ def test_a_refusal_is_one_short_sentence(words, sentence):
     assert len(result.stderr) < 700
     assert "\x1b" not in result.stderr
     assert result.stdout == ""
+
+
+def test_an_argument_is_named_by_its_value():
+    """Files that cannot be read: root reads all."""
+    scene = SimpleNamespace(opts=["scene"], metavar="SCENE")
+    message = "Path 'secret.toml' is not readable."
+    error = SimpleNamespace(param=scene, message=message, format_message=lambda: message)
+    sentence = usage_sentence(error, ["simulate", "secret.toml"])
+    assert sentence == "SCENE is 'secret.toml': Path 'secret.toml' is not readable."
 
 
 def test_the_program_without_arguments_lists_the_commands():

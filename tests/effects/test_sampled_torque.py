@@ -44,6 +44,30 @@ def torque_at_A(effect, t):
     return sum(load.moment for load in loads if isinstance(load, Torque))
 
 
+@pytest.mark.parametrize(
+    ("times", "samples", "interpolation", "words"),
+    [
+        ((0.0, 1e-300, 0.5, 1.0), (0.0, 1e100, 0.0, 0.0), "linear", "others after 0.0 s"),
+        ((0.0, 1e-300, 0.5, 1.0), (0.0, 1e100, 0.0, 0.0), "cubic", "others after 0.0 s"),
+        ((0.0, 0.25, 0.5, 1.0), (-1.7e308, 1.7e308, 0.0, 0.0), "cubic", "others after 0.0 s"),
+        ((0.0, 1e-200, 2e-200, 1.0), (0.0, 1.0, 0.0, 1.0), "cubic", "others after 0.0 s"),
+        ((-1.6e308, 0.0, 0.5, 1.6e308), (0.0, 1.0, 0.0, 0.0), "cubic", "must be less uneven"),
+    ],
+)
+def test_slopes_that_float64_does_not_hold_are_refused(times, samples, interpolation, words):
+    """SciPy raised errors of its own."""
+    with pytest.raises(ParameterError, match=words):
+        SampledTorque(times, samples, (0.0,) * 4, interpolation)
+
+
+def test_splines_through_uneven_times_have_all_digits_in_float64():
+    """SciPy's were wrong by 3e-4."""
+    effect = SampledTorque((0.0, 1e-12, 2e-12, 1.0), (0.3, 0.1, -0.2, 1.0), (0.0,) * 4, "cubic")
+    for t in (0.4e-12, 1.5e-12, 0.3, 0.9):
+        exact = torque_at_A(effect.piece_at(t), Fraction(t))
+        assert torque_at_A(effect, np.array([t]))[0] == pytest.approx(float(exact), rel=1e-12)
+
+
 @pytest.mark.parametrize("interpolation", ["hold", "linear", "cubic"])
 def test_the_interpolation_is_the_chosen_one(interpolation):
     effect = SampledTorque(TIMES, A, B, interpolation)

@@ -16,10 +16,12 @@ import pyarrow.parquet
 import pytest
 
 from tests.verification.chains import GENERAL
+from twolink.chain import Chain
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState
 from twolink.data import data_path
 from twolink.effects import Effect, contact_elements
+from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
@@ -770,3 +772,16 @@ def test_pyarrow_is_imported_for_its_own_files_alone(kind, tmp_path):
         cwd=ROOT,
     )
     assert run.stdout.split() == [str(kind == ".parquet")]
+
+
+def test_a_run_that_fails_after_very_short_steps_is_read_again(tmp_path):
+    """Its steps over the whole duration would be too many to be repeated, and are not."""
+    effects = (EndForce(1e16, friction=0.001),)
+    scene = Scene(Chain.uniform_bars(), (0.0, 1.1), (0.0, 0.0), 1.0, effects)
+    failed = simulate(scene)
+    assert failed.failure
+    assert failed.recipe.longest_step * 1e7 < scene.duration
+    failed.save(tmp_path / "failed.npz")
+    again = Trajectory.load(tmp_path / "failed.npz")
+    assert again.failure == failed.failure
+    assert np.array_equal(again.q, failed.q)

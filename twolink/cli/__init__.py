@@ -7,12 +7,13 @@ import importlib
 import os
 import signal
 import sys
-from io import TextIOWrapper
+import warnings
 from typing import Annotated, Any
 
 import typer
 
 from twolink.cli.importing import begin_command, own_process
+from twolink.cli.plain_signs import use_plain_signs
 from twolink.cli.program import Program
 from twolink.cli.terminal import FAILED, say, warn
 from twolink.files import remove_interrupted
@@ -113,10 +114,9 @@ def _exit_code() -> Any:
 
 def _run() -> None:
     closed = _open_closed_streams()
-    for stream in (sys.stdout, sys.stderr):
-        # A terminal without Greek letters shows question marks, not a traceback.
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")
+    use_plain_signs()
+    # Numbers near the limits of float64 overflow on the way; results are looked at, and refused.
+    warnings.filterwarnings("ignore", category=RuntimeWarning, module=r"twolink\.")
     if "stdout" in closed:
         warn("twolink: the standard output is closed")
         sys.exit(FAILED)

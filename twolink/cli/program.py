@@ -221,6 +221,9 @@ def usage_sentence(error: Any, words: Sequence[str]) -> str:
     given = [word for word in words if not word.startswith("-")]
     # `twolink urdf shw`: the groups come before the unknown name.
     depth = len(command.split()) - 1
+    if type(error).__name__ == "NoArgsIsHelpError" and context is not None:
+        names = ", ".join(context.command.commands)
+        return f"`{command}` must have a command, one of {names}; {hint}"
     if "No such command" in message and given[depth:] and context is not None:
         return choice("the command", given[depth], context.command.commands)
     return f"{message}; {hint}"
@@ -230,13 +233,11 @@ def _bad_value(parameter: Any, message: str, words: Sequence[str]) -> str:
     """Return the sentence that an option's value is of another type."""
     name = _named(parameter)
     wrong, of_names, names = message.rpartition(" is not one of ")
+    in_message = re.search(r"'(.*)'", wrong if of_names else message)
+    received = _received(parameter, words) or (in_message[1] if in_message else "")
     if of_names:
-        known = re.findall(r"'([^']+)'", names)
-        # An argument has no name before it on the command line.
-        quoted_value = re.search(r"'(.*)'", wrong)
-        received = _received(parameter, words) or (quoted_value[1] if quoted_value else "")
-        return choice(name, received, known)
-    received = quoted(_received(parameter, words))
+        return choice(name, received, re.findall(r"'([^']+)'", names))
+    received = quoted(received)
     for word, noun in (
         ("integer", "a whole number"),
         ("number", "a number"),
@@ -250,6 +251,9 @@ def _bad_value(parameter: Any, message: str, words: Sequence[str]) -> str:
 def _received(parameter: Any, words: Sequence[str]) -> str:
     """Return the value that an option has on a command line; the last one counts."""
     found = ""
+    if not parameter.opts[0].startswith("-"):
+        # An argument has no name before it on the command line.
+        return found
     for word, following in pairwise([*words, ""]):
         for option in parameter.opts:
             if word == option:

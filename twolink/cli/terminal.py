@@ -37,14 +37,14 @@ def say(text: object, *, end: str = "\n") -> None:
     Raises `FileError` where it cannot be written.
     """
     with _to_stdout():
-        typer.echo(printable(text), nl=False)
-        typer.echo(end, nl=False)
+        # Typer would write UTF-8 to a stream whose encoding is ASCII.
+        print(printable(text), end=end, flush=True)
 
 
 def warn(text: object) -> None:
     """Write one line to the standard error; where it is closed or full nothing can be said."""
     with suppress(OSError, ValueError):
-        typer.echo(one_line(text, 2000), err=True)
+        print(one_line(text, 2000), file=sys.stderr, flush=True)
 
 
 def refuse(sentence: str) -> NoReturn:

@@ -86,7 +86,6 @@ class SampledTorque(PiecewiseEffect):
     A: tuple[float, ...]
     B: tuple[float, ...]
     interpolation: Literal["hold", "linear", "cubic"]
-    _pieces: Any = field(default=None, repr=False, compare=False, init=False)
 
     def __post_init__(self) -> None:
         """Require enough samples, increasing times, and equal numbers of entries."""
@@ -119,8 +118,25 @@ class SampledTorque(PiecewiseEffect):
                 raise ParameterError(
                     f"sampled torque: times must increase; got {later!r} s after {earlier!r} s"
                 )
-        pieces = _coefficients(self, self.A), _coefficients(self, self.B)
-        object.__setattr__(self, "_pieces", pieces)
+        self._check_finite()
+
+    def _check_finite(self) -> None:
+        """Require coefficients of the interpolation that float64 holds."""
+        try:
+            pieces = self._pieces
+        except ArithmeticError:
+            raise ParameterError(
+                f"sampled torque: times must be less uneven for {self.interpolation}, whose slopes"
+                f" lose all {_DIGITS} digits; got {self.times!r}"
+            ) from None
+        for name, rows in zip("AB", pieces, strict=True):
+            finite = np.isfinite(rows).all(axis=1)
+            if not finite.all():
+                since = self.times[max(int(finite.argmin()) - 1, 0)]
+                raise ParameterError(
+                    f"sampled torque: {name} must have slopes and curvatures that are finite in"
+                    f" float64; got others after {since!r} s"
+                )
 
     @property
     def discontinuities(self) -> tuple[float, ...]:
@@ -151,6 +167,27 @@ class SampledTorque(PiecewiseEffect):
         return value, rise / (Fraction(self.times[piece]) - Fraction(self.times[piece - 1]))
 
     @cached_property
+    def _pieces(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The coefficients of A and of B in float64, lowest first, of each piece."""
+        A, B = self._coefficients(0, self.A), self._coefficients(1, self.B)
+        return A, B
+
+    def _coefficients(self, joint: int, values: tuple[float, ...]) -> NDArray[np.float64]:
+        """Return the coefficients of each piece: before the samples, between them, and after."""
+        times, samples = np.array(self.times), np.array(values, dtype=float)
+        if self.interpolation == "hold":
+            return np.concatenate([samples[:1], samples])[:, None]
+        if self.interpolation == "linear":
+            with np.errstate(over="ignore"):
+                higher = (np.diff(samples) / np.diff(times))[:, None]
+        else:
+            higher = np.array(self._splines[joint], dtype=float)
+        inside = np.concatenate([samples[:-1, None], higher], axis=1)
+        ends = np.zeros((2, inside.shape[1]))
+        ends[:, 0] = samples[0], samples[-1]
+        return np.concatenate([ends[:1], inside, ends[1:]])
+
+    @cached_property
     def _splines(self) -> tuple[list[Column], list[Column]]:
         """The coefficients of powers 1, 2, 3 between the samples of A and of B."""
         return _spline(self.times, self.A), _spline(self.times, self.B)
@@ -176,25 +213,6 @@ class SampledTorque(PiecewiseEffect):
         since = np.asarray(t, dtype=float) - np.asarray(self.times)[np.maximum(pieces - 1, 0)]
         tau = [_horner(tuple(np.moveaxis(rows[pieces], -1, 0)), since) for rows in self._pieces]
         return motor_loads(*(value if np.ndim(t) else float(value) for value in tau))
-
-
-def _coefficients(sampled: SampledTorque, values: tuple[float, ...]) -> NDArray[np.float64]:
-    """Return the coefficients of each piece, lowest first: before the samples, between, after.
-
-    They are in float64, for many times at once.
-    """
-    times, samples = np.array(sampled.times, dtype=float), np.array(values, dtype=float)
-    if sampled.interpolation == "hold":
-        return np.concatenate([samples[:1], samples])[:, None]
-    if sampled.interpolation == "linear":
-        inside = np.stack([samples[:-1], np.diff(samples) / np.diff(times)], axis=-1)
-    else:
-        from scipy.interpolate import CubicSpline
-
-        inside = CubicSpline(times, samples).c[::-1].T
-    ends = np.zeros((2, inside.shape[1]))
-    ends[:, 0] = samples[0], samples[-1]
-    return np.concatenate([ends[:1], inside, ends[1:]])
 
 
 def _spline(times: tuple[float, ...], samples: tuple[float, ...]) -> list[Column]:

@@ -252,6 +252,7 @@ def check_agreement(scene: Scene, stored: Arrays, about: About) -> None:
     """Raise `SimulationError` unless a scene, its arrays and its description agree."""
     t, q, u, *_ = stored
     end = t[-1]
+    reached = end if about.failure else scene.duration
     # A run that fails may have events after its last sample.
     last = scene.duration if about.failure else end
     struck = [impact for impact in about.impacts if impact.time <= t[0]]
@@ -270,7 +271,7 @@ def check_agreement(scene: Scene, stored: Arrays, about: About) -> None:
         "accuracy": 0 < about.accuracy < math.inf,
         "error": about.error >= 0,
         "holds_until": 0 <= about.holds_until <= scene.duration,
-        "recipe": about.recipe is None or _is_repeatable(about, about.recipe, scene.duration),
+        "recipe": about.recipe is None or _is_repeatable(about, about.recipe, reached),
         "events": _in_order([event.time for event in about.events], last)
         and all(event.mode.names == elements for event in about.events),
         "impacts": _in_order([impact.time for impact in about.impacts], last)

@@ -78,6 +78,11 @@ def test_the_first_order_suffices_for_the_accuracy(accuracy, first):
     assert next(configurations(accuracy)).order == first
 
 
+def test_the_least_accuracy_has_configurations():
+    """A thousandth of it is no number of float64."""
+    assert [each.order for each in configurations(5e-324)] == [23, 31, 35, 41]
+
+
 @pytest.mark.parametrize(
     ("configuration", "apart", "expected"),
     [(DOUBLE, 1e-17, False), (FIRST, 1e-17, True), (FIRST, 0.0, False), (FIRST, 1e-36, False)],

@@ -56,13 +56,13 @@ def test_the_change_of_a_start_is_zero_within_the_rounding_of_a_scene():
 @pytest.mark.parametrize(
     ("poisson", "q", "u"),
     [
-        (0.0, (0.9205344710695248, 0.2095396394398229), (0.0, 0.0)),
-        (0.0, (0.5987079411701514, 0.45599883660658447), (0.0, 0.0)),
-        (0.5, (0.7404732453136177, 0.3362858927619479), (-0.3, -0.3)),
+        (0.0, (0.5419781580600622, 0.5099152301318391), (0.0, 0.0)),
+        (0.0, (0.5399663084049074, 0.511892266231952), (0.0, 0.0)),
+        (0.5, (0.6438014563256378, 0.41630123494384713), (-0.3, -0.3)),
     ],
 )
 def test_a_press_to_a_depth_at_which_the_force_jumps_is_decided_in_longer_numbers(poisson, q, u):
-    """Starts within 4e-20 m of it: errors of 3e-13 rad/s were reported, and 0.15 to 0.5 true."""
+    """Starts within 2e-20 m of it: errors of 3e-13 rad/s were reported, and 0.15 to 0.5 true."""
     floor = CompliantSurface(
         (0.0, 1.0), (0.0, -1.0), "elasto-plastic", radius=0.05, modulus=(1e8, 2e11),
         poisson=(poisson, poisson), strength=(1e7, 1e9), name="floor",

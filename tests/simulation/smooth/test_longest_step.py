@@ -50,6 +50,12 @@ def test_without_the_cap_the_motion_is_silently_wrong(monkeypatch):
     assert abs(trajectory.q[0, -1] - -29.364678) > 0.1
 
 
+def test_a_chain_at_rest_has_no_shorter_step_than_its_duration():
+    """A step of 1e300 s was taken 1e8 times."""
+    at_rest = Scene(Chain.uniform_bars(), (0.0, 0.0), (0.0, 0.0), 1.7e308, ())
+    assert default_longest_step(at_rest) > 1.6e308
+
+
 def test_a_formula_that_overflows_inside_is_named():
     effect = Logistic(-2000.0, 1.0)
     with pytest.raises(SimulationError, match=r"got OverflowError \(.*\) from their formula at q"):

@@ -192,7 +192,8 @@ def _step_error(precision: PrecisionName, order: int) -> float:
 
 def configurations(accuracy: float) -> Iterator[Configuration]:
     """Yield the precisions and orders for an accuracy (rad, rad/s), the cheapest first."""
-    wanted = -math.log(accuracy / _GROWTH) / 2 - 1
+    # The quotient of both may underflow.
+    wanted = (math.log(_GROWTH) - math.log(accuracy)) / 2 - 1
     order = max(_LOWEST_ORDER, 2 * math.ceil((wanted - 1) / 2) + 3)
     if order <= 19:
         low, high = _LONG_ORDERS

@@ -90,8 +90,8 @@ def paces(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: f
     shape = np.broadcast_shapes(times.shape, np.shape(q[0]))
     strongest = np.max([np.abs(np.broadcast_to(du, shape)).max(axis=0) for du in rates], axis=0)
     speeds = np.max([np.abs(np.asarray(speed, dtype=float)) for speed in u], axis=0)
-    with np.errstate(invalid="ignore"):
-        fastest = np.maximum(np.maximum(speeds, np.sqrt(strongest)), 1e-300)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        fastest = np.maximum(speeds, np.sqrt(strongest))
         cap = np.minimum(duration, 1 / fastest)
     growth = rates_of_balance(chain, effects, q, u, duration)
     cap = np.minimum(cap, 1 / np.maximum(growth, 1 / duration))
