@@ -70,7 +70,7 @@ OTHERS = "…"
 ROWS = {
     "twolink.urdf": [
         "link_parameters spatial text",
-        "inertia reading",
+        "inertia prefixes reading",
         "unread",
         "lumping",
         "tip",

@@ -1,8 +1,9 @@
 """From a URDF file to a tree of links and joints, checked against the URDF standard.
 
 This module does not know of planes or of two links. Elements that simulators of rigid bodies ignore
-(geometry, materials, transmissions, plug-ins) are ignored; all others are read strictly, because a
-number that is misread gives a chain that is wrong and looks right.
+(geometry, materials, transmissions, plug-ins) are ignored; the numbers of all others are read
+strictly, because one that is misread gives a chain that is wrong and looks right. `unread` looks at
+names.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from twolink.urdf.inertia import principal_moments, violates_triangle
 from twolink.urdf.lumping import RigidBody, moment_about, two_bodies
 from twolink.urdf.mechanics import difference, mechanics_of, same_motion
 from twolink.urdf.planar import PlanarUrdf, parse_planar_urdf
+from twolink.urdf.prefixes import prefixes_in, use_prefixes
 from twolink.urdf.reading import (
     UNLIMITED,
     Inertial,
@@ -86,7 +87,7 @@ def _repaired(text: str, changes: tuple[str, ...]) -> Repair:
     isotropic = _possible_inertias(robot)
     made += isotropic.values()
     if made:
-        _with_prefixes(robot, _prefixes_in(text.encode("utf-8")))
+        use_prefixes(robot, prefixes_in(text))
         made += _unused_namespaces(text, robot)
         text = _written(text, robot)
     _prove(before, read, text, frozenset(isotropic))
@@ -112,44 +113,6 @@ def _written(original: str, robot: ET.Element) -> str:
     prolog = _DECLARATION + _DECLARED.sub("", prolog)
     element = ET.tostring(robot, encoding="unicode").rstrip()
     return f"{prolog}{element}\n{epilog}\n" if epilog else f"{prolog}{element}\n"
-
-
-def _prefixes_in(content: bytes) -> dict[str, str]:
-    """Return the prefixes of XML namespaces by these, as the file declares them first."""
-    found: dict[str, str] = {}
-    parser = expat.ParserCreate("utf-8", "}")
-
-    def declared(prefix: str | None, space: str | None) -> None:
-        if prefix and space and prefix not in found.values():
-            found.setdefault(space, prefix)
-
-    parser.StartNamespaceDeclHandler = declared
-    parser.Parse(content, True)
-    return found
-
-
-def _with_prefixes(robot: ET.Element, prefixes: dict[str, str]) -> None:
-    """Give names of extensions the prefixes of the file: programs look for these.
-
-    They are declared at the root.
-    """
-    used: dict[str, str] = {}
-
-    def named(name: str) -> str:
-        space, inner, own = name[1:].partition("}") if name.startswith("{") else ("", "", name)
-        if not inner or space not in prefixes:
-            return name
-        used[f"xmlns:{prefixes[space]}"] = space
-        return f"{prefixes[space]}:{own}"
-
-    for element in robot.iter():
-        if isinstance(element.tag, str):
-            element.tag = named(element.tag)
-            for name in list(element.attrib):
-                if name.startswith("{"):
-                    element.set(named(name), element.attrib.pop(name))
-    for declaration, space in used.items():
-        robot.set(declaration, space)
 
 
 def _root_in(content: bytes) -> tuple[int, int]:
