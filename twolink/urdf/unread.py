@@ -84,7 +84,7 @@ _WITHOUT_EFFECT = {
 _MOST_NAMES = 8
 
 # The likeness of two names, of at most 1, from which one is taken for a misspelling of the other.
-_ALIKE = 0.8
+_ALIKE = 0.82
 
 
 @dataclass(frozen=True)
