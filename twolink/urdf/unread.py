@@ -20,17 +20,15 @@ from twolink.urdf.reading import local
 class _Kind(NamedTuple):
     """The names in a kind of element: the children and the attributes that are read.
 
-    `once` are the children of which there is one at most, and `others` those that do not change the
-    motion.
+    Of each of these children there is one at most, unless they `repeat`. `others` are the children
+    that do not change the motion.
     """
 
     children: tuple[str, ...] = ()
     attributes: tuple[str, ...] = ()
-    once: tuple[str, ...] = ()
     others: tuple[str, ...] = ()
+    repeat: bool = False
 
-
-_OF_A_JOINT = ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic")
 
 _KINDS = {
     "robot": _Kind(
@@ -41,23 +39,20 @@ _KINDS = {
             "group_state", "end_effector", "disable_collisions", "collision_filter_group",
             "self_collision_filter",
         ),
+        repeat=True,
     ),
     "link": _Kind(
         ("inertial",),
         ("name", "type"),
-        once=("inertial",),
         others=(
             "visual", "collision", "sensor", "contact", "self_collision_checking", "material",
             "audio_source",
         ),
     ),
-    "inertial": _Kind(
-        ("origin", "mass", "inertia"), once=("origin", "mass", "inertia")
-    ),
+    "inertial": _Kind(("origin", "mass", "inertia")),
     "joint": _Kind(
-        _OF_A_JOINT,
+        ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
         ("name", "type"),
-        once=_OF_A_JOINT,
         others=("safety_controller", "calibration", "hardwareInterface", "acceleration"),
     ),
     "origin": _Kind(attributes=("xyz", "rpy", "quat_xyzw")),
@@ -115,7 +110,7 @@ def check_names(robot: ET.Element) -> None:
     """Raise `UrdfError` if an element or an attribute is given twice, or seems to be misspelt."""
     for place in _places(robot):
         tags = [local(each.tag) for each in _elements(place.element)]
-        for tag in place.kind.once:
+        for tag in () if place.kind.repeat else place.kind.children:
             if tags.count(tag) > 1:
                 raise UrdfError(f"{place.where} must have one <{tag}>; got {tags.count(tag)}")
         for each in place.unread_children():
