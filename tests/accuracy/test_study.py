@@ -98,7 +98,7 @@ GENTLE = replace(GENERAL, q=(1.3, 1.8), u=(0.0, 0.0), duration=4.0)
 @pytest.mark.slow
 def test_the_slope_of_fixed_steps_is_the_declared_order():
     methods = tuple(n for n, method in NUMERIC_METHODS.items() if method.parameter == "step")
-    found = study(GENTLE, methods=methods, budget=60.0)
+    found = study(GENTLE, methods=methods, budget=20.0)
     assert len(found.configurations) == len(methods)
     for line in found.configurations:
         assert line.measured is not None, line

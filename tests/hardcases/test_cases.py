@@ -26,8 +26,14 @@ LONG = {
     "urdf-file-100-mb",
     "scene-100-mb",
 }
-# They begin before all shorter tests.
-LONGEST = {"chaos-100-s", "small-oscillation-1e6-s", "zero-gravity-1e5-s", "bounces-1e4"}
+# They begin before all shorter tests. Each is tried with one formulation, as with all three, by
+# `twolink hardcases`, they take minutes.
+LONGEST = {
+    "chaos-100-s": "kane",
+    "small-oscillation-1e6-s": "lagrange",
+    "zero-gravity-1e5-s": "momenta",
+    "bounces-1e4": "lagrange",
+}
 
 
 def is_quick(case):
@@ -52,7 +58,9 @@ def test_every_formulation_passes(case):
     ],
 )
 def test_every_formulation_passes_a_case_that_takes_long(case):
-    board = scoreboard([case], OURS)
+    columns = [own for own in OURS if own.name == LONGEST.get(case.name, own.name)]
+    assert columns
+    board = scoreboard([case], columns)
     assert failed_by_us(board) == [], board[case.name]
 
 

@@ -185,12 +185,12 @@ def test_the_published_spectrum_is_that_of_a_natural_start():
     """The source states no start, on whose energy the exponents depend.
 
     Link 2 hangs. With link 1 released level the exponents are the published ones or a little
-    larger, and released 0.1 rad below they are smaller.
+    larger, and released 0.3 rad below they are smaller.
     """
     chain = Chain.point_masses((0.2, 0.1), (0.1, 0.08))
     level, below = (
-        lyapunov(Scene(chain, (angle, np.pi / 2), (0.0, 0.0), 1.0, (Gravity(9.8),)), 10_000.0)
-        for angle in (0.0, 0.1)
+        lyapunov(Scene(chain, (angle, np.pi / 2), (0.0, 0.0), 1.0, (Gravity(9.8),)), 3_000.0)
+        for angle in (0.0, 0.3)
     )
     for found in (level, below):
         assert np.abs(found.exponents[1:3]).max() < 2 * found.resolution
