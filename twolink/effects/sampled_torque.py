@@ -19,6 +19,7 @@ from twolink.effects.effect import ParametricEffect, PiecewiseEffect
 from twolink.errors import ParameterError
 from twolink.inputs import nearest_float, take_fields
 from twolink.loads import Loads, motor_loads
+from twolink.text import quoted
 
 _FEWEST = {"hold": 1, "linear": 2, "cubic": 4}
 
@@ -127,7 +128,7 @@ class SampledTorque(PiecewiseEffect):
         except ArithmeticError:
             raise ParameterError(
                 f"sampled torque: times must be less uneven for {self.interpolation}, whose slopes"
-                f" lose all {_DIGITS} digits; got {self.times!r}"
+                f" lose all {_DIGITS} digits; got {quoted(self.times)}"
             ) from None
         for name, rows in zip("AB", pieces, strict=True):
             finite = np.isfinite(rows).all(axis=1)
