@@ -42,6 +42,9 @@ from twolink.errors import IntegrationError
 # Compression follows Hertz's law up to this multiple of the yield depth.
 _HERTZ_UP_TO = Fraction(19, 10)
 
+# Of the fit of residual depths: its factor, and the sum, the scale and the exponent in its power.
+_RESIDUAL = Fraction(102, 100), Fraction(59, 10), Fraction(69, 10), Fraction(-54, 100)
+
 # π by a convergent of its continued fraction, to 1e-36: both whole numbers are exact in long
 # doubles.
 _PI = Fraction(2646693125139304345, 842468587426513207)
@@ -108,7 +111,8 @@ class Material:
         """
         B, slope, up_to = float(self.exponent), float(self.slope), float(_HERTZ_UP_TO)
         as_wide = math.exp((B * math.log(up_to) - 2 * math.log(slope)) / (1 + B))
-        as_deep = 6.9 * (1 - 1 / 1.02) ** (-1 / 0.54) - 5.9
+        part, offset, scale, power = map(float, _RESIDUAL)
+        as_deep = scale * (1 - 1 / part) ** (1 / power) - offset
         return self.yield_depth * self._number(Fraction(max(up_to, min(as_wide, as_deep))))
 
     def contact_radius(self, depth: Scalar) -> Scalar:
@@ -136,10 +140,7 @@ class Material:
 
     def residual(self, deepest: Scalar) -> Scalar:
         """Return the residual depth (m) after a largest depth (m) of at least δ_y."""
-        part, offset, scale, power = map(
-            self._number,
-            (Fraction(102, 100), Fraction(59, 10), Fraction(69, 10), Fraction(-54, 100)),
-        )
+        part, offset, scale, power = map(self._number, _RESIDUAL)
         y = deepest / self.yield_depth
         return part * deepest * (1 - ((y + offset) / scale) ** power)
 

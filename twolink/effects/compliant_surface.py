@@ -189,16 +189,16 @@ class CompliantSurface(ContactEffect):
 
     def _law(self, chain: Chain) -> tuple[ContactLaw, Hysteresis | None]:
         """Return the law of the undamaged surface, and its history dependence."""
+        if self.law == "elasto-plastic":
+            material = self._material_in(chain.scalar)
+            return Hertz(material.stiffness), ElastoPlastic(material)
         stiffness, loss = self._stiffness_in(chain.scalar), chain.scalar(self.loss)
         if self.law == "kelvin-voigt":
             return KelvinVoigt(stiffness, loss), None
         if self.law == "hunt-crossley":
             law = HuntCrossley(stiffness, loss)
             return law, NoPull(law) if self.loss else None
-        if self.law == "hertz":
-            return Hertz(stiffness), None
-        memory = ElastoPlastic(self._material_in(chain.scalar))
-        return Hertz(stiffness), memory
+        return Hertz(stiffness), None
 
     def smooth_loads(self, chain: Chain, q: Pair, u: Pair, t: Scalar = 0.0) -> Loads:
         """Return no load: all forces depend on the mode."""

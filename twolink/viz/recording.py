@@ -63,22 +63,24 @@ def record(
             page = player_page(film, dark=follows, progress=lambda share: report("frames", share))
             temporary.write_text(page, encoding="utf-8")
             return
-        if file.suffix == ".png":
-            with _shown(film, size, patience, report) as player:
+        with _shown(film, size, patience, report) as player:
+            if file.suffix == ".png":
                 number = int(np.searchsorted(film.times, moment))
                 temporary.write_bytes(_picture(player.value(_ask(number))))
-            return
-        with (
-            _shown(film, size, patience, report) as player,
-            encoder(temporary, file.suffix, film.fps) as pictures,
-        ):
-            for k, picture in enumerate(_pictures(player, len(film.times))):
-                pictures.write(picture)
-                report("pictures", (k + 1) / len(film.times))
+                return
+            _encode(player, temporary, file.suffix, film, report)
         report("checking", 0.0)
         found = decoded(temporary)
         check_decoded(found, file.suffix, size, film.fps, len(film.times))
         report("checking", 1.0)
+
+
+def _encode(player: Page, file: Path, suffix: str, film: Film, report: Progress) -> None:
+    """Write the pictures of a film to a file in the format of a suffix."""
+    with encoder(file, suffix, film.fps) as pictures:
+        for k, picture in enumerate(_pictures(player, len(film.times))):
+            pictures.write(picture)
+            report("pictures", (k + 1) / len(film.times))
 
 
 def check_recording(file: Path, size: tuple[int, int], fps: float, at: float | None = None) -> None:

@@ -86,7 +86,7 @@ class Jet:
         """The sine and the cosine of the jet (rad)."""
         sine = self.derived(_Sine)
         assert isinstance(sine, _Sine)
-        return sine, sine.cosine
+        return sine, sine.partner
 
     def __add__(self, other: Any) -> Jet:
         if isinstance(other, Jet):
@@ -251,23 +251,29 @@ class _Size(Derived):
         return -x[k] if leading_term(x[: k + 1])[1] < 0 else x[k]
 
 
-class _Sine(Derived):
-    """The sine of a jet (rad), and its cosine, which it extends."""
+class _Paired(Derived):
+    """A jet that is computed together with a `partner`, which it extends."""
 
-    __slots__ = ("cosine",)
+    __slots__ = ("partner",)
 
     def __init__(self, of: Jet, other: Any = None) -> None:
         """Compute both."""
-        self.cosine = Jet((), of.recording)
+        self.partner = Jet((), of.recording)
         super().__init__(of, other)
 
     def forget(self) -> None:
         """Keep only the first coefficients of both."""
         super().forget()
-        self.cosine.forget()
+        self.partner.forget()
+
+
+class _Sine(_Paired):
+    """The sine of a jet (rad), with its cosine."""
+
+    __slots__ = ()
 
     def term(self, k: int) -> Any:
-        x, s, c = self.of.terms, self.terms, self.cosine.terms
+        x, s, c = self.of.terms, self.terms, self.partner.terms
         if k == 0:
             c.append(arithmetic.cos(x[0]))
             return arithmetic.sin(x[0])
@@ -296,23 +302,13 @@ class _Exponential(Derived):
         return sum([j * x[j] * y[k - j] for j in range(1, k + 1)]) / k
 
 
-class _Tangent(Derived):
-    """The hyperbolic tangent y of a jet x, and y'/x' = 1 − y², which it extends."""
+class _HyperbolicTangent(_Paired):
+    """The hyperbolic tangent y of a jet x, with y'/x' = 1 − y²."""
 
-    __slots__ = ("slope",)
-
-    def __init__(self, of: Jet, other: Any = None) -> None:
-        """Compute both."""
-        self.slope = Jet((), of.recording)
-        super().__init__(of, other)
-
-    def forget(self) -> None:
-        """Keep only the first coefficients of both."""
-        super().forget()
-        self.slope.forget()
+    __slots__ = ()
 
     def term(self, k: int) -> Any:
-        x, y, slope = self.of.terms, self.terms, self.slope.terms
+        x, y, slope = self.of.terms, self.terms, self.partner.terms
         if k == 0:
             found = arithmetic.tanh(x[0])
             slope.append((1 - found) * (1 + found))
@@ -366,7 +362,7 @@ def exp(x: Jet) -> Jet:
 
 def tanh(x: Jet) -> Jet:
     """Return the hyperbolic tangent of a jet."""
-    return x.derived(_Tangent)
+    return x.derived(_HyperbolicTangent)
 
 
 def sqrt(x: Jet) -> Jet:

@@ -30,9 +30,10 @@ NODES = (np.arange(64) + 0.5) / 64
 """The places on a step."""
 
 SIGNS = np.tile([[1, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]], len(NODES) // 4)
-"""Signs of roundings of the four variables at the places, shape (4, 64), in all combinations.
+"""Signs of roundings of the four variables at the places, shape (4, 64).
 
-Equal roundings of two large angles would cancel in their difference.
+Those of any two variables are equal at half of the places, and opposite at the others: equal
+roundings of two large angles would cancel in their difference.
 """
 
 ROUNDINGS = 64.0
