@@ -401,3 +401,23 @@ def test_the_program_has_all_commands():
     assert list(group.commands) == [*cli.COMMANDS, *cli.GROUPS]
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         cli.nothing  # noqa: B018
+
+
+def test_numbers_near_the_limits_of_float64_leave_one_sentence(tmp_path):
+    """NumPy's warnings of overflow were printed before it."""
+    file = tmp_path / "drag.toml"
+    file.write_text(
+        "[chain]\nmass = [1.0, 1.0]\nlength = [1.0, 1.0]\n[start]\nq = [0.0, 0.0]\n"
+        "u = [0.3, -0.4]\n[run]\nduration = 0.1\n[effects.compliant_surface]\npoint = [-2.4, 4.0]\n"
+        'normal = [-1e31, -3.0]\nlaw = "kelvin-voigt"\nstiffness = 3.0\nloss = 0.8\n'
+        "friction = 0.3\n[effects.end_drag]\ncoefficient = 1.7976931348623157e+308\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-m", "twolink", "simulate", str(file)],
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    assert ended.returncode == 1
+    assert ended.stderr.startswith("twolink: ")
+    assert ended.stderr.count("\n") == 1

@@ -116,7 +116,7 @@ def _run() -> None:
     closed = _open_closed_streams()
     use_plain_signs()
     # Numbers near the limits of float64 overflow on the way; results are looked at, and refused.
-    warnings.filterwarnings("ignore", category=RuntimeWarning, module=r"twolink\.")
+    warnings.filterwarnings("ignore", r".* encountered in ", RuntimeWarning)
     if "stdout" in closed:
         warn("twolink: the standard output is closed")
         sys.exit(FAILED)
