@@ -372,3 +372,46 @@ def test_the_loads_of_every_piece_are_tried():
     later = a_torque(lambda q, u, t: abs(u[0]))
     with pytest.raises(ParameterError, match="in `abs"):
         replace(SCENE, effects=(Pieces((0.2,), later),))
+
+
+class Unheard(Effect):
+    """An effect with a method of another contract."""
+
+    def loads(self, chain, q, u, t=0.0):
+        return ()
+
+
+@pytest.mark.parametrize(
+    ("method", "contract"),
+    [
+        ("contact_elements", "ContactEffect"),
+        ("piece_at", "PiecewiseEffect"),
+        ("potential_energy", "ConservativeEffect"),
+        ("with_rotors", "RotorEffect"),
+    ],
+)
+def test_a_method_that_would_have_no_effect_is_refused(method, contract):
+    own = type("Unheard", (Unheard,), {method: lambda self, *given: ()})
+    with pytest.raises(ParameterError, match=f"must inherit from {contract} for its {method}"):
+        replace(SCENE, effects=(own(),))
+
+
+def test_contact_in_pieces_is_refused():
+    """The pieces of an effect have loads alone: the contact would be gone."""
+
+    class Both(ContactEffect, PiecewiseEffect):
+        discontinuities = (0.1,)
+
+        def piece_at(self, t):
+            return Unheard()
+
+        def contact_elements(self, chain):
+            return ()
+
+        def smooth_loads(self, chain, q, u, t=0.0):
+            return ()
+
+        loads = smooth_loads
+
+    with pytest.raises(ParameterError, match="ContactEffect or a PiecewiseEffect, not both"):
+        replace(SCENE, effects=(Both(),))

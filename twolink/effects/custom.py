@@ -38,6 +38,14 @@ _PIECES = (
     "an effect that is smooth only piece by piece must be a PiecewiseEffect or a ContactEffect"
 )
 
+# The methods that act only in a class of their own.
+_CONTRACTS = {
+    "contact_elements": ContactEffect,
+    "piece_at": PiecewiseEffect,
+    "potential_energy": ConservativeEffect,
+    "with_rotors": RotorEffect,
+}
+
 # A piece has loads alone.
 _NO_PIECES = (ContactEffect, PiecewiseEffect, RotorEffect)
 
@@ -50,7 +58,7 @@ def checked(effect: Any, chain: Chain) -> Any:
     """Return a validated user-defined effect, or a copy of a mutable one.
 
     Raises `ParameterError` for an object that is not an effect, cannot be copied or compared, has
-    loads that cannot be compiled, or declares a time that is not positive.
+    loads that cannot be compiled, declares a time that is not positive, or mixes contracts.
     """
     name = type(effect).__name__
     if not isinstance(effect, Effect):
@@ -58,12 +66,28 @@ def checked(effect: Any, chain: Chain) -> Any:
             "effects must be a sequence of instances of twolink.effects.Effect; got "
             f"{quoted(effect)} in it"
         )
+    _check_contracts(effect, name)
     shortest = _called(name, "shortest_time", attrgetter("shortest_time"), effect)
     if not as_number(f"effect {name}: shortest_time", shortest) > 0:
         refuse(f"effect {name}: shortest_time", shortest, "a positive time in s")
     kept = effect if _called(name, "a field", is_value, effect) else _copy(effect, name)
     _try(kept, name, chain)
     return kept
+
+
+def _check_contracts(effect: Effect, name: str) -> None:
+    """Require the class of each method that acts, and no contact in pieces."""
+    for method, contract in _CONTRACTS.items():
+        if hasattr(type(effect), method) and not isinstance(effect, contract):
+            raise ParameterError(
+                f"effect {name}: must inherit from {contract.__name__} for its {method}; it"
+                " would have no effect"
+            )
+    if isinstance(effect, ContactEffect) and isinstance(effect, PiecewiseEffect):
+        raise ParameterError(
+            f"effect {name}: must be a ContactEffect or a PiecewiseEffect, not both; use two"
+            " effects, one for the contact and one for the loads that jump"
+        )
 
 
 def _copy(effect: Any, name: str) -> Any:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from twolink.contact.coordinates import JointCoordinate, PointCoordinate
 from twolink.contact.elements import ContactElement, RigidContact
 from twolink.contact.force_laws import ContactLaw
 from twolink.errors import ParameterError
@@ -17,9 +18,15 @@ from twolink.text import quoted
 ELEMENTS = "a tuple of ContactElement"
 """The type of the elements of an effect, in words."""
 
+# The most that the length of a unit vector may differ from 1.
+_UNIT = 1e-12
+
 # Depths (m or rad) and rates (m/s or rad/s) at which force laws are tried.
 _DEPTHS = 1e-9, 1e-6, 1e-3
 _RATES = 1e-3, 1.0
+
+# Rates (m/s or rad/s) at which a point leaves a surface: a damped law pulls beyond one of them.
+_LEAVING = 1.0, 1e3, 1e6
 
 # The most that the stored energy may differ from the work of the force, relative to it.
 _ENERGY = 1e-6
@@ -36,6 +43,8 @@ def check_elements(name: str, elements: tuple[Any, ...]) -> None:
             raise ParameterError(
                 f"effect {name}: contact_elements must be {ELEMENTS}; got {quoted(element)} in it"
             )
+        for coordinate in (element.normal, element.tangent):
+            _check_coordinate(f"effect {name}: a coordinate of {element.name}", coordinate)
         kinetic, static = (float(limit) for limit in element.limits(1))
         if not 0 <= kinetic <= static < math.inf:
             raise ParameterError(
@@ -49,7 +58,22 @@ def check_elements(name: str, elements: tuple[Any, ...]) -> None:
                 "a number from 0 to 1",
             )
         if element.compliant is not None:
-            _check_law(_Tried(f"effect {name}: the law of {element.name}", element.compliant))
+            tried = _Tried(f"effect {name}: the law of {element.name}", element.compliant)
+            _check_law(tried)
+            _check_release(tried, element)
+
+
+def _check_coordinate(name: str, coordinate: Any) -> None:
+    """Require the angle of a joint, or the place of a point along a unit vector."""
+    if coordinate is None or isinstance(coordinate, JointCoordinate):
+        return
+    if not isinstance(coordinate, PointCoordinate):
+        raise ParameterError(
+            f"{name} must be a JointCoordinate or a PointCoordinate; got {quoted(coordinate)}"
+        )
+    length = math.hypot(*map(float, coordinate.vector))
+    if not abs(length - 1) <= _UNIT:
+        refuse(f"{name}: the length of its vector", length, "1")
 
 
 class _Tried(NamedTuple):
@@ -90,6 +114,33 @@ def _check_law(tried: _Tried) -> None:
                     f"{-rate:g}, 0 and {rate:g}"
                 )
         _check_energy(tried, depth)
+
+
+def _check_release(tried: _Tried, element: ContactElement) -> None:
+    """Require that a law does not pull in motion, or says where its surface is from then on."""
+    law = tried.law
+    if element.hysteresis is not None:
+        if not law.uses_root:
+            refuse(f"{tried.name}: uses_root", law.uses_root, "True for a contact with a memory")
+        return
+    for depth in _DEPTHS:
+        still = tried.force(depth)
+        if law.relaxation is not None:
+            # The surface follows the point while its own force is zero.
+            left = tried.force(depth, -law.relaxation * depth)
+            if not abs(left) <= _ENERGY * still:
+                refuse(
+                    f"{tried.name}: force at a depth of {depth:g} that falls at its relaxation of"
+                    f" {law.relaxation:g} 1/s", left, "0",
+                )  # fmt: skip
+            continue
+        for rate in _LEAVING:
+            if (pulls := tried.force(depth, -rate)) < 0:
+                refuse(
+                    f"{tried.name}: force at a depth of {depth:g} that falls at {rate:g}", pulls,
+                    "0 or more, as the point leaves the surface there; a law that pulls in motion"
+                    " must have a relaxation, or its contact a memory, such as NoPull",
+                )  # fmt: skip
 
 
 def _check_energy(tried: _Tried, depth: float) -> None:

@@ -205,7 +205,7 @@ def place_of(element: ContactElement, now: Moments) -> Array:
     if isinstance(direction, JointCoordinate):
         return now.point(direction.joint)[0]
     assert isinstance(direction, PointCoordinate)
-    point = getattr(now.run.chain, direction.point)
+    point = direction.of(now.run.chain)
     q1, q2 = float(now.q[0, 0]), float(now.q[1, 0])
     return np.array(kinematics.position(now.run.chain, (q1, q2), point))
 

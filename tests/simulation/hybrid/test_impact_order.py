@@ -9,6 +9,7 @@ from tests.simulation.hybrid.test_impact import AT_A, AT_B, impacts_of, stop
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_stop import JointStop
+from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -52,6 +53,21 @@ def test_a_stop_and_a_surface_are_compared_in_one_unit(length):
         found = simulate(Scene(chain, (-0.5, 0.3), (0.0, 0.0), 1.0, (Gravity(9.81), *own)))
         assert [impact.name for impact in found.impacts] == ["A on its upper stop"]
         assert any(OPEN in note for note in found.notes)
+
+
+def test_a_later_order_that_matters_is_noted():
+    """Link 1 rests on a stop and a block; the tip drives it into both, with one energy."""
+    chain = Chain.uniform_bars()
+    effects = (
+        JointTorque((40.0, 0.0)),
+        JointStop("A", upper=0.0, restitution=1.0),
+        Surface((1.0, 0.0), (0.0, -1.0), on=("B",), restitution=0.0, name="block"),
+        Surface((0.0, -0.95), (0.0, 1.0), on=("D",), restitution=0.5, name="ceiling"),
+    )
+    found = simulate(Scene(chain, (0.0, -2.3), (0.0, 6.0), 0.1, (Gravity(9.81), *effects)))
+    assert [impact.name for impact in found.impacts[:2]] == ["D on ceiling", "B on block"]
+    (note,) = found.notes
+    assert f"{OPEN} (B on block, A on its upper stop): B on block is struck first" in note
 
 
 def test_an_order_that_does_not_matter_is_not_noted():

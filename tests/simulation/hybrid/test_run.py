@@ -1,16 +1,19 @@
 """Whole runs against motions in closed form: bounces, slides, breaks, and reports."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.simulation.hybrid import BALANCED, BARS
 from twolink import lagrange
+from twolink.chain import Chain
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState as S
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
@@ -69,6 +72,28 @@ def test_bounces_end_at_the_sum_of_their_flights(bounces):
     resting = np.linspace(0, 4, 401) > 3
     assert np.all(bounces.q[0, resting] == 0)
     assert np.all(bounces.u[0, resting] == 0)
+
+
+def test_events_after_bounces_that_die_away_are_in_order():
+    """The slide after them ends before the sum of their flights, at which it would begin."""
+    chain = Chain((1.38, 1.03), (0.75, 0.72), ((0.66, 0.0), (0.56, 0.0)), (0.093, 0.048))
+    floor = Surface((0.0, 0.07), (0.0, -1.0), on=("C2",), restitution=0.9, friction=0.9)
+    damped = Scene(chain, (-0.2, 0.0), (1.8, 2.4), 3.0,
+                   (Gravity(), floor, JointDamping((0.0, 0.27))))  # fmt: skip
+    run = hybrid_run(damped, np.linspace(0.0, 3.0, 5))
+    assert [event.mode.states[0] for event in run.events] == [S.OPEN, S.BACKWARD, S.STICKS]
+    times = [event.time for event in run.events]
+    assert times == sorted(times)
+    slide, stick = run.events[1:]
+    assert slide.entered < slide.time <= stick.entered == stick.time
+
+
+def test_an_event_is_not_after_the_end_of_its_run(bounces):
+    """The end of the bounces is known before it."""
+    last = bounces.events[-1]
+    until = (last.entered + last.time) / 2
+    cut = hybrid_run(replace(BOUNCES, duration=until), np.linspace(0.0, until, 5))
+    assert all(event.time <= until for event in cut.events)
 
 
 def test_bounces_that_are_left_out_give_their_impulse(bounces):

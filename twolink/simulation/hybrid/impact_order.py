@@ -7,7 +7,7 @@ within the error of a run may have closed in the other order: that is a doubt.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair
@@ -71,7 +71,18 @@ def choices(
     found: Resolution,
 ) -> tuple[tuple[Doubt, ...], tuple[Remark, ...]]:
     """Return the doubts and the remarks on the order of the impacts that were `found`."""
-    first = found.strikes[0].number
+    doubts, remarks = _of_the_first(system, state, impacts, near, found.strikes[0].number)
+    return doubts, (*remarks, *_of_later_ones(system, state, impacts, near, found))
+
+
+def _of_the_first(
+    system: HybridSystem,
+    state: HybridState,
+    impacts: Impacts,
+    near: Collection[int],
+    first: int,
+) -> tuple[tuple[Doubt, ...], tuple[Remark, ...]]:
+    """Return the doubts and the remarks on the first impact, on the contact `first`."""
     others = rivals(system, state, impacts.pose, near)
     if len(others) < 2:
         return (), ()
@@ -82,10 +93,11 @@ def choices(
     for rival in others:
         if rival.number == first:
             continue
-        change = _change(impacts, state, near, first, rival.number)
+        contacts = [i for i in {*near, rival.number} if i not in state.touching]
+        change = _change(impacts, contacts, state.u, (first, rival.number))
         if rival.number in near:
             if change > _NOTED * float(largest(state.u)):
-                remarks.append(_remark(system, state, own, rival, change))
+                remarks.append(_remark(system, state, (first, rival.number), change))
             continue
         if not change > tolerances.SATURATED:
             # Small changes are those of bounces that die away: their gaps, which are variables, are
@@ -100,14 +112,33 @@ def choices(
     return tuple(doubts), tuple(remarks)
 
 
-def _change(
-    impacts: Impacts, state: HybridState, near: Collection[int], first: int, other: int
-) -> float:
-    """Return the change of u (rad/s) if another contact is struck first; it may be infinite."""
-    contacts = [i for i in {*near, other} if i not in state.touching]
-    (one, two), (three, four) = (
-        _speeds_after(impacts, contacts, state.u, number) for number in (first, other)
-    )
+def _of_later_ones(
+    system: HybridSystem,
+    state: HybridState,
+    impacts: Impacts,
+    near: Collection[int],
+    found: Resolution,
+) -> Iterator[Remark]:
+    """Yield the remarks on later impacts, of contacts that those before let approach."""
+    known: set[frozenset[int]] = set()
+    for strike in found.strikes[1:_IMPACTS]:
+        u, own = strike.u[0], strike.number
+        for other in near:
+            pair = frozenset((own, other))
+            if len(pair) < 2 or pair in known or not impacts.approach(other, u):
+                continue
+            known.add(pair)
+            change = _change(impacts, near, u, (own, other))
+            if change > _NOTED * float(largest(state.u)):
+                yield _remark(system, state, (own, other), change)
+
+
+def _change(impacts: Impacts, contacts: Collection[int], u: Pair, pair: tuple[int, int]) -> float:
+    """Return the change of u (rad/s) if the second of a pair is struck first; it may be infinite.
+
+    Further impacts are on `contacts`.
+    """
+    (one, two), (three, four) = (_speeds_after(impacts, contacts, u, number) for number in pair)
     change = float(largest((one - three, two - four)))
     return change if math.isfinite(change) else math.inf
 
@@ -128,10 +159,10 @@ def _speeds_after(impacts: Impacts, contacts: Collection[int], u: Pair, first: i
 
 
 def _remark(
-    system: HybridSystem, state: HybridState, own: Rival, rival: Rival, change: float
+    system: HybridSystem, state: HybridState, pair: tuple[int, int], change: float
 ) -> Remark:
-    """Return the remark on two simultaneous impacts."""
-    first, second = system.names[own.number], system.names[rival.number]
+    """Return the remark on two simultaneous impacts, on the first of a pair and on the second."""
+    first, second = (system.names[number] for number in pair)
     choice = f"the order of simultaneous impacts ({first}, {second})"
     now = float(state.t)
     return Remark(

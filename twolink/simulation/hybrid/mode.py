@@ -183,10 +183,10 @@ class Impact:
 
     Speeds are those along the element's normal (rad/s or m/s), before and after, and `sliding`
     those along its tangent if it is rough; impulses likewise (N m s or N s). `kinetic_energy` is
-    T before and after (J), and `link_energies` those of link 1 and link 2. `regime` describes the
-    sliding. In the regime "bounces die away" the normal impulse takes back the last rebound, and is
-    negative then: with the force at rest from `Event.entered` to `Event.time` it is the impulse of
-    all bounces that are left out.
+    T before and after (J), and `link_energies` those of link 1 and link 2, without those of rotors.
+    `regime` describes the sliding. In the regime "bounces die away" the normal impulse takes back
+    the last rebound, and is negative then: with the force at rest from `Event.entered` to
+    `Event.time` it is the impulse of all bounces that are left out.
     """
 
     time: float

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import groupby
 from time import perf_counter
 from typing import Any, Literal
 
@@ -84,13 +85,18 @@ class HybridRun(MotionRun):
         """The starts of modes of non-zero duration, the first at 0 s; empty without elements."""
         if not self.arcs or not self.arcs[0].mode.names:
             return ()
+        lasting = [
+            (arc, since)
+            for arc, since in zip(self.arcs, self.since, strict=True)
+            if arc.end.t > arc.start.t
+        ]
         found: list[Event] = []
-        for arc, since in zip(self.arcs, self.since, strict=True):
-            mode = arc.mode.in_floats
-            goes_on = bool(found) and found[-1].mode == mode
-            if arc.end.t > arc.start.t and not goes_on:
-                start = float(arc.start.t)
-                found.append(Event(max(since, start), mode, start))
+        for mode, group in groupby(lasting, lambda each: each[0].mode.in_floats):
+            own = list(group)
+            (first, since), (last, _) = own[0], own[-1]
+            start = float(first.start.t)
+            # Bounces die away later than the mode after them is entered, which may end before.
+            found.append(Event(min(max(since, start), float(last.end.t)), mode, start))
         return tuple(found)
 
     @property
