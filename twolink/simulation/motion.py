@@ -11,7 +11,7 @@ from twolink.integration.precisions import PrecisionName
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
-from twolink.simulation.run import MotionRun
+from twolink.simulation.run import Lane, MotionRun
 from twolink.simulation.smooth.steps import Observer
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -42,6 +42,7 @@ def motion_run(
     order: int | None = None,
     longest_step: float | None = None,
     evaluated_in: PrecisionName | None = None,
+    lane: Lane | None = None,
     observe: Observer | None = None,
     progress: Callable[[float], None] | None = None,
     limits: Limits = DEFAULT_LIMITS,
@@ -49,9 +50,9 @@ def motion_run(
     """Return the motion of a scene at increasing times (s), the first of them 0.
 
     A smooth motion is corrected by the defects of its steps if these are to be `evaluated_in` a
-    precision.
+    precision, and is that of a `lane` of a bundle if one is given.
 
-    `observe` receives the steps of a smooth motion that is not corrected.
+    `observe` receives the steps of any other smooth motion.
     Modes are formulated in speeds: Lagrange's equations replace those in momenta. Raises
     `TooMuchError` if the run would exceed the `limits`.
     """
@@ -71,6 +72,11 @@ def motion_run(
         from twolink.simulation.smooth.corrected import corrected_taylor_run
 
         return corrected_taylor_run(scene, times, evaluated_in=evaluated_in, **options)
+    if lane is not None and order is not None:
+        from twolink.simulation.smooth.lane_run import lane_run
+
+        del options["precision"]
+        return lane_run(scene, times, lane=lane, **options)
     return taylor_run(scene, times, observe=observe, **options)
 
 

@@ -42,15 +42,25 @@ class Statistics:
 
 
 @dataclass(frozen=True)
+class Lane:
+    """The number of a lane of a bundle, and the size of the state of the first one."""
+
+    number: int
+    size: float
+
+
+@dataclass(frozen=True)
 class Recipe:
     """The order and the longest step (s) with which a run by Taylor series can be repeated.
 
-    A corrected run has the precision in which the defects of its steps were evaluated.
+    A corrected run has the precision in which the defects of its steps were evaluated, and one by a
+    bundle its lane.
     """
 
     order: int
     longest_step: float
     evaluated_in: PrecisionName | None = None
+    lane: Lane | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +107,16 @@ class MotionRun(ABC):
         It is infinite if none did, or if the steps were not looked at.
         """
         return math.inf
+
+    @property
+    def lanes(self) -> int:
+        """The number of motions that were integrated side by side."""
+        return 1
+
+    @property
+    def evaluations(self) -> int:
+        """The evaluated terms of the series."""
+        return self.steps * self.order * self.operations
 
     @property
     def recipe(self) -> Recipe:

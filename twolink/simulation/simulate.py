@@ -2,7 +2,7 @@
 
 Accuracy is the largest error of any angle (rad) and speed (rad/s) over the whole run, not a
 tolerance for a step: of q and u, and of those of the joints where a chain has a convention for
-them. It is measured by a second run of a higher order, and near round-off by the defect of the
+them. It is measured by runs side by side with other steps, and near round-off by the defect of the
 run's own steps (`smooth.measure`); with events, by an independent run (`hybrid.measure`). If double
 precision is insufficient, a longer precision gives the result.
 """
@@ -334,8 +334,8 @@ def _trajectory(
 ) -> Trajectory:
     statistics = Statistics(
         steps=kept.steps,
-        evaluations=sum(run.steps * run.order * run.operations for run in runs),
-        runs=len(runs),
+        evaluations=sum(run.evaluations for run in runs),
+        runs=sum(run.lanes for run in runs),
         compile_seconds=spent.compiling,
         run_seconds=spent.running,
     )

@@ -28,7 +28,8 @@ from twolink.names import FormulationName
 from twolink.scene import Scene
 from twolink.simulation.formats import LARGEST_FILE, Arrays, format_of
 from twolink.simulation.hybrid.mode import Event, Impact
-from twolink.simulation.run import Array, Recipe, Statistics
+from twolink.simulation.run import Array, Lane, Recipe, Statistics
+from twolink.simulation.smooth.bundles import RATIOS
 from twolink.text import one_line
 
 
@@ -295,7 +296,13 @@ def _is_repeatable(about: About, recipe: Recipe, duration: float) -> bool:
         and recipe.evaluated_in in (None, *_not_shorter(about.precision))
         and 1 < recipe.order <= _LARGEST_ORDER
         and duration <= recipe.longest_step * _MOST_STEPS
+        and (recipe.lane is None or _is_lane(recipe.lane))
     )
+
+
+def _is_lane(lane: Lane) -> bool:
+    """Return whether there is such a lane."""
+    return 0 <= lane.number < len(RATIOS) and 1 <= lane.size < math.inf
 
 
 def _not_shorter(precision: str) -> list[PrecisionName]:

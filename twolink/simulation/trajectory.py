@@ -307,6 +307,7 @@ class _Repeated:
             order=self.recipe.order,
             longest_step=self.recipe.longest_step,
             evaluated_in=self.recipe.evaluated_in,
+            lane=self.recipe.lane,
             limits=UNLIMITED,
         )
         off = max(

@@ -11,10 +11,14 @@ from twolink.chain import Chain
 from twolink.effects import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
+from twolink.errors import IntegrationError
 from twolink.integration.precisions import PRECISIONS
 from twolink.loads import motor_loads
 from twolink.scene import Scene
 from twolink.simulation.smooth import measure, prediction
+from twolink.simulation.smooth import runs as runs_module
+from twolink.simulation.smooth.bundle_plan import BundlePlan
+from twolink.simulation.smooth.bundled import bundled
 from twolink.simulation.smooth.corrected import CorrectedRun
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
@@ -23,6 +27,7 @@ from twolink.simulation.smooth.judging import (
     difference,
     truncation,
 )
+from twolink.simulation.smooth.lane_run import LaneRun
 from twolink.simulation.smooth.longest_step import pace_of
 from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.round_off import MOST_ROUND_OFF, sums
@@ -87,7 +92,7 @@ def test_runs_of_little_truncation_error_share_the_rounding_of_their_first_momen
     chain = Chain.uniform_bars((0.05, 20.0), (1.0, 0.3))  # M is ill-conditioned.
     slow = Scene(chain, (0.0, 0.0), (0.0021110036158929466, 0.0023093577244611804), 1.0, ())
     times = np.linspace(0, 1, 61)
-    found = measured(slow, 1e-8, times)
+    found = measured(slow, 1e-8, times, correct=False)
     exact = taylor_run(slow, times, formulation="kane", precision="quadruple")
     true = true_errors(found.kept, exact).max()
     assert 0.05 * found.worst < true < found.worst
@@ -175,7 +180,7 @@ def test_the_round_off_of_values_between_all_samples_counts():
 def test_a_judge_is_the_result_if_only_it_has_the_accuracy():
     """The difference bounds its error as well, so that no third run is made."""
     hard = HARD["no forces"]
-    found = measured(hard, 1e-8)
+    found = measured(hard, 1e-8, correct=False)
     run, judge = found.runs
     assert found.kept is judge
     exact = taylor_run(hard, TIMES, formulation="kane", precision="quadruple")
@@ -184,9 +189,61 @@ def test_a_judge_is_the_result_if_only_it_has_the_accuracy():
 
 
 def test_a_run_well_above_round_off_is_judged_in_its_own_precision():
-    found = measured(HARD["no forces"], 1e-6)
+    """By lanes side by side, or, where steps are wanted that are those of one run, by two runs."""
+    (bundle,) = measured(HARD["no forces"], 1e-6).runs
+    assert isinstance(bundle, LaneRun)
+    found = measured(HARD["no forces"], 1e-6, correct=False)
     assert [run.precision for run in found.runs] == ["double", "double"]
     assert found.runs[1].order == found.kept.order + MORE_ORDERS
+
+
+def test_own_effects_are_judged_by_two_runs():
+    """A bundle does not show whether its steps pass a change of their loads."""
+    found = measured(WALL, 1e-5, np.linspace(0.0, 3.0, 21))
+    assert found.worst <= 1e-5
+    assert not any(isinstance(run, LaneRun) for run in found.runs)
+
+
+def test_a_bundle_that_is_not_resolved_is_made_again():
+    made = []
+
+    def kept(*given, **options):
+        made.append(bundled(*given, **options))
+        return made[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runs_module, "bundled", kept)
+        found = measured(WHIP, 1e-3, np.array([0.0, 4.0]))
+    assert isinstance(found.kept, LaneRun)
+    assert not made[0].is_resolved
+    assert made[-1].is_resolved
+    assert len(found.runs) == len(made) > 1
+
+
+def test_the_first_lane_is_the_result_if_only_it_has_the_accuracy(monkeypatch):
+    plan = BundlePlan(15, 30.0)
+    monkeypatch.setattr(measure, "bundle_plan", lambda *given: plan)
+    hard = HARD["damped"]
+    exact = taylor_run(hard, TIMES, formulation="kane", precision="quadruple")
+    coarse = measured(hard, 1e-3)
+    fine = measured(hard, coarse.worst / 5)
+    assert [coarse.kept.lane.number, fine.kept.lane.number] == [1, 0]
+    for found in (coarse, fine):
+        assert found.kept.order == 15
+        assert len(found.runs) == 1
+        assert np.all(true_errors(found.kept, exact) <= found.errors)
+    # The error of the second lane is known closely.
+    assert true_errors(coarse.kept, exact).max() > 0.3 * coarse.worst
+
+
+def test_a_failed_bundle_leaves_the_motion_to_other_runs(monkeypatch):
+    def fails(*given, **options):
+        raise IntegrationError("lanes")
+
+    monkeypatch.setattr(runs_module, "bundled", fails)
+    found = measured(HARD["reference"], 1e-6)
+    assert found.worst <= 1e-6
+    assert found.runs
 
 
 def test_near_round_off_a_run_is_judged_by_its_own_defect():
@@ -202,22 +259,22 @@ def test_near_round_off_a_run_is_judged_by_its_own_defect():
 def test_round_off_ends_the_runs_of_a_precision():
     """A higher order does not help where round-off makes the error: a longer precision does.
 
-    Two runs of low orders, of which one judges the other, tell the growth of errors.
+    A bundle of a low order shows the growth of errors.
     """
     found = measured(HARD["chaotic"], 1e-12)
-    first, second, *others = found.runs
-    assert first.order + MORE_ORDERS == second.order == PRECISIONS["double"].truncated_order
+    first, *others = found.runs
+    assert isinstance(first, LaneRun)
     assert [run.precision for run in others] == ["long double"]
     assert found.worst <= 1e-12
 
 
-def test_no_pair_is_made_that_may_share_too_much_round_off():
-    """At 1e-11 it is made for a calm motion only."""
+def test_no_runs_are_compared_that_may_share_too_much_round_off():
+    """At 1e-11 they are for a calm motion only."""
     calm, chaotic = (measured(HARD[name], 1e-11) for name in ("damped", "chaotic"))
-    assert [run.order for run in calm.runs] == [11, 15, 19]
-    assert isinstance(calm.kept, TaylorRun)
-    assert [run.order for run in chaotic.runs] == [11, 15, 21]
+    assert isinstance(calm.kept, LaneRun)
     assert isinstance(chaotic.kept, CorrectedRun)
+    pair = measured(HARD["damped"], 1e-11, correct=False)
+    assert [run.order for run in pair.runs] == [11, 15, 19]
 
 
 def test_a_pair_of_low_orders_shows_the_growth_where_truncation_errors_cancel():
@@ -239,9 +296,10 @@ def test_a_pair_of_low_orders_shows_the_growth_where_truncation_errors_cancel():
     times = np.linspace(0, 10, 61)
     exact = taylor_run(cancelling, times, formulation="kane", precision="long double")
     for accuracy in (1e-9, 3e-10):
-        found = measured(cancelling, accuracy, times)
-        assert found.runs[0].order <= 11
-        assert np.all(true_errors(found.kept, exact) <= found.errors)
+        for correct in (True, False):
+            found = measured(cancelling, accuracy, times, correct)
+            assert correct or found.runs[0].order <= 11
+            assert np.all(true_errors(found.kept, exact) <= found.errors)
 
 
 @pytest.mark.slow
@@ -258,13 +316,14 @@ def test_a_correction_takes_the_place_of_a_longer_precision():
 
 def test_an_accuracy_that_a_raw_run_has_needs_no_correction():
     for digits in (4, 6, 7, 9):
-        assert isinstance(measured(HARD["reference"], 10.0**-digits).kept, TaylorRun)
+        kept = measured(HARD["reference"], 10.0**-digits).kept
+        assert isinstance(kept, LaneRun if digits < 7 else TaylorRun)
 
 
 def test_the_round_off_that_two_runs_share_is_in_the_error(monkeypatch):
     """Two runs that are equal by chance, or by symmetry, still have the round-off of their sums."""
     monkeypatch.setattr(Common, "until", lambda common, times: np.zeros(len(times)))
-    found = measured(HARD["reference"], 1e-9)
+    found = measured(HARD["reference"], 1e-9, correct=False)
     assert 2e-16 < found.errors[0] < 1e-14
     assert 1e-13 < found.errors[-1] < 1e-11
     assert np.all(np.diff(found.errors) >= 0)
@@ -285,6 +344,6 @@ def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
 def test_the_first_pair_selects_the_order(monkeypatch):
     """A growth above the assumed one leads to a higher order at once, not step by step."""
     monkeypatch.setattr(prediction, "GROWTH", 1.0)
-    found = measured(HARD["reference"], 1e-7)
+    found = measured(HARD["reference"], 1e-7, correct=False)
     assert len(found.runs) <= 4
     assert found.worst <= 1e-7

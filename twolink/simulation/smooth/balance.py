@@ -22,6 +22,10 @@ _SLOW = 1e-2
 # Change of an angle (rad) and of a speed (rad/s) for the derivatives of accelerations.
 _CHANGE = 1e-6
 
+# The changes of q1, q2, u1 and u2 in each of the states that are evaluated: none, and one of them
+# up or down. Shape (4, 9).
+_CHANGES = _CHANGE * np.concatenate([np.zeros((4, 1)), np.eye(4), -np.eye(4)], axis=1)
+
 
 def rates_of_balance(
     chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: float
@@ -33,10 +37,7 @@ def rates_of_balance(
     """
     states = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (*q, *u)))
     lanes = states[0].shape
-    moved = np.repeat(np.array(states).reshape(4, 1, -1), 9, axis=1)
-    for k in range(4):
-        moved[k, 1 + k] += _CHANGE
-        moved[k, 5 + k] -= _CHANGE
+    moved = np.array(states).reshape(4, 1, -1) + _CHANGES[:, :, None]
     places = moved.reshape(4, 9, *lanes)
     with np.errstate(all="ignore"):
         given = (places[0], places[1]), (places[2], places[3])

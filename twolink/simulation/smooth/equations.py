@@ -8,6 +8,7 @@ expressions give compiled code, floats or arrays give values.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -101,19 +102,16 @@ class MomentumEquations:
 
         Each term of p = M u is rounded, and M⁻¹ enlarges that where M is ill-conditioned.
         """
-        return self.sizes_of_speeds(chain, q, self.rounded_starts(chain, q, u))
+        entries = _sizes_of_mass(chain, q)
+        return _sizes_of_speeds(entries, _sizes_of_momenta(entries, u))
 
     def sizes_of_speeds(self, chain: Chain, q: Any, sizes: Any) -> Any:
         """Return sizes (rad/s) of u from those of p (kg m²/s): |M⁻¹| |p|."""
-        M11, M12, M22, det = (np.abs(x) for x in mass(chain, q, ahead_and_across(chain, q)))
-        p1, p2 = sizes
-        return np.array([M22 * p1 + M12 * p2, M11 * p2 + M12 * p1]) / det
+        return _sizes_of_speeds(_sizes_of_mass(chain, q), sizes)
 
     def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:
         """Return the sizes (kg m²/s) whose relative rounding is that of `from_speeds`: |M| |u|."""
-        M11, M12, M22, _ = (np.abs(x) for x in mass(chain, q, ahead_and_across(chain, q)))
-        u1, u2 = np.abs(u)
-        return np.array([M11 * u1 + M12 * u2, M12 * u1 + M22 * u2])
+        return _sizes_of_momenta(_sizes_of_mass(chain, q), u)
 
     def by_forces(self, chain: Chain, q: Any, forces: Any) -> Any:
         """Return the part of dp/dt (N m) by generalized forces: themselves."""
@@ -130,6 +128,26 @@ def _speeds(entries: _Mass, p: Any) -> Pair:
     return (M22 * p1 - M12 * p2) / det, (M11 * p2 - M12 * p1) / det
 
 
+def _sizes_of_mass(chain: Chain, q: Any) -> _Mass:
+    """Return |M11|, |M12|, |M22| and det M."""
+    M11, M12, M22, det = (np.abs(x) for x in mass(chain, q, ahead_and_across(chain, q)))
+    return M11, M12, M22, det
+
+
+def _sizes_of_momenta(sizes: _Mass, u: Any) -> Any:
+    """Return |M| |u| (kg m²/s)."""
+    M11, M12, M22, _ = sizes
+    u1, u2 = np.abs(u)
+    return np.array([M11 * u1 + M12 * u2, M12 * u1 + M22 * u2])
+
+
+def _sizes_of_speeds(sizes: _Mass, p: Any) -> Any:
+    """Return |M⁻¹| p (rad/s) of sizes p."""
+    M11, M12, M22, det = sizes
+    p1, p2 = p
+    return np.array([M22 * p1 + M12 * p2, M11 * p2 + M12 * p1]) / det
+
+
 def mass(chain: Chain, q: Pair, both: Pair) -> _Mass:
     """Return M11, M12, M22 (kg m²) and det M (kg² m⁴), a constant and the square of m2 L1 h.
 
@@ -142,6 +160,20 @@ def mass(chain: Chain, q: Pair, both: Pair) -> _Mass:
     link1, M22 = lagrange.pivot_inertia(chain), lagrange.elbow_inertia(chain)
     carried = chain.m2 * chain.L1 * chain.L1
     return link1 + carried, ahead, M22, link1 * M22 + carried * chain.I_C2 + across * across
+
+
+def largest_inverse(chain: Chain) -> float:
+    """Return a bound on the row sums of |M⁻¹| (1/(kg m²)) in all poses of a chain of floats.
+
+    It is infinite for a chain with rotors, and where M may be singular.
+    """
+    _, a, b = chain.C2
+    link1, M22 = lagrange.pivot_inertia(chain), lagrange.elbow_inertia(chain)
+    carried, across = chain.m2 * chain.L1 * chain.L1, chain.m2 * chain.L1 * math.hypot(a, b)
+    least = link1 * M22 + carried * chain.I_C2
+    if chain.rotors or not least > 0:
+        return math.inf
+    return float((max(link1 + carried, M22) + across) / least)
 
 
 def ahead_and_across(chain: Chain, q: Pair) -> Pair:

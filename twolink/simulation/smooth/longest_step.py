@@ -79,9 +79,9 @@ def paces(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: f
     q (rad), u (rad/s) and the numbers of chain and effects may be those of runs side by side,
     shape (lanes,). The cap is NaN where accelerations at the start are not finite.
     """
-    later = np.linspace(0.0, duration, _LOOKS)
-    jumps = [t for t in discontinuities(effects) if 0 < t < duration]
-    times = merged(later, jumps)
+    times = np.linspace(0.0, duration, _LOOKS)
+    if jumps := [t for t in discontinuities(effects) if 0 < t < duration]:
+        times = merged(times, jumps)
     if np.ndim(q[0]):
         times = times[:, None]
     # At the initial pose, under the loads at each of these times.

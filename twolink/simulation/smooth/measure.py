@@ -1,22 +1,26 @@
 """A smooth motion whose global error is measured, at little more than the cost of a bare run.
 
-Let e be the error of a run of order p. A second run, the judge, has an error r |e|, so that their
-difference D satisfies |e| ≤ |D| / (1 − r): a bound, once r is known to be well below 1. They are
-compared at the requested times and at the ends of all steps of the first: errors may peak between
-any times that are chosen beforehand (`visited`).
+*By lanes side by side.* Well above round-off the lanes of a bundle measure each other (`bundled`).
+Effects that are not built in, whose loads are looked at in each step, and runs whose own steps are
+wanted, have a second run.
 
-*In one precision.* The truncation error of a step is exp(−2 (p + 1)) by heyoka's choice of steps,
-and grows with the motion like any other error. Four orders more divide it by e⁸ ≈ 3000. Two orders
-(e⁴ ≈ 55) are not enough: where a few fast steps make all the error, the last coefficients of one
-run may happen to vanish there, and r reached 3 in 500 runs; with four it stayed below 0.03 up to
-order 13. Round-off is no smaller in the judge, and two runs of one formulation share some of it
-(the momenta of the start, the constants of the chain). So this pair serves only up to the order
-whose truncation is some fifty roundings; the margin of 2 admits r = 1/2. The same difference bounds
-the error of the judge, r |e| ≤ |D| r / (1 − r), so that the judge is the result if only it has the
-accuracy; the margin of 1/8 admits r = 1/9. Where truncation errors happen to be smaller, the
-round-off counts: that of as many sums as steps, and eight roundings times the growth of errors,
-which a pair of a lower order has measured. Without the latter one motion in 1500, whose truncation
-errors cancelled, had ten times the reported error.
+*By a second run.* Let e be the error of a run of order p. A second run, the judge, has an error
+r |e|, so that their difference D satisfies |e| ≤ |D| / (1 − r): a bound, once r is known to be well
+below 1. They are compared at the requested times and at the ends of all steps of the first: errors
+may peak between any times that are chosen beforehand (`visited`).
+
+The truncation error of a step is exp(−2 (p + 1)) by heyoka's choice of steps, and grows with the
+motion like any other error. Four orders more divide it by e⁸ ≈ 3000. Two orders (e⁴ ≈ 55) are not
+enough: where a few fast steps make all the error, the last coefficients of one run may happen to
+vanish there, and r reached 3 in 500 runs; with four it stayed below 0.03 up to order 13. Round-off
+is no smaller in the judge, and two runs of one formulation share some of it (the momenta of the
+start, the constants of the chain). So this pair serves only up to the order whose truncation is
+some fifty roundings; the margin of 2 admits r = 1/2. The same difference bounds the error of the
+judge, r |e| ≤ |D| r / (1 − r), so that the judge is the result if only it has the accuracy; the
+margin of 1/8 admits r = 1/9. Where truncation errors happen to be smaller, the round-off counts:
+that of as many sums as steps, and eight roundings times the growth of errors, which a pair of a
+lower order has measured. Without the latter one motion in 1500, whose truncation errors cancelled,
+had ten times the reported error.
 
 *By its own defect.* Nearer to round-off no second run is needed: the defect of the run's own steps
 gives its error, and that of the estimate (`step_errors`). Where the error is above the accuracy and
@@ -43,6 +47,8 @@ from twolink.scene import Scene
 from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.shortened import UnseenError
+from twolink.simulation.smooth.bundle_plan import bundle_plan, error_of_first
+from twolink.simulation.smooth.bundled import Bundled
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
@@ -62,7 +68,10 @@ from twolink.simulation.smooth.round_off import (
 from twolink.simulation.smooth.runs import Runs
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import TaylorRun
-from twolink.simulation.smooth.visited import Common
+from twolink.simulation.smooth.visited import Common, VisitingRun
+
+# The most bundles of lanes for one motion.
+_BUNDLES = 4
 
 # The part of the accuracy for the expected round-off of a run above which its defect is evaluated
 # in longer numbers at once: above it, the round-off of its own precision leaves too little room in
@@ -95,7 +104,7 @@ class Measured:
 
     kept: MotionRun
     errors: Array
-    runs: tuple[TaylorRun, ...]
+    runs: tuple[VisitingRun, ...]
     compile_seconds: float = 0.0
     why_unknown: str = "it grows beyond what can be measured"
 
@@ -156,7 +165,10 @@ class _Search:
         """Yield measured runs, the cheapest first: the caller stops at one that suffices."""
         first, *_, last = PRECISIONS
         for precision in PRECISIONS:
-            if precision == last or (precision == first and not self.balanced):
+            if precision == first and not self.balanced:
+                bundled = self.correct and self.runs.may_be_bundled
+                yield from self._bundled() if bundled else self._judged_by_order(precision)
+            elif precision == last:
                 yield from self._judged_by_order(precision)
             noise = self.prediction.left_by_round_off(precision)
             if precision != last and not self._is_vain(precision, noise):
@@ -166,6 +178,41 @@ class _Search:
         finest, other, apart = self.runs.pair(last, orders)
         compared = self._compared(finest, other, apart)
         yield self._of(finest, self._judged(compared, MARGIN_OF_LIKE_PRECISIONS))
+
+    def _bundled(self) -> Iterator[Measured]:
+        """Yield the lane of a bundle that has the accuracy, if double precision gives it."""
+        plan = bundle_plan(self.accuracy, None, self.runs.scene, None)
+        for _ in range(_BUNDLES):
+            found = None if plan is None else self.runs.bundle(plan)
+            if found is None:
+                return
+            measured = self._of_bundle(found)
+            if measured is None:
+                plan = bundle_plan(self.accuracy, found.growth, self.runs.scene, found.largest)
+            elif found.is_resolved:
+                yield measured
+                return
+            # Otherwise the same lanes are compared at more times.
+
+    def _of_bundle(self, found: Bundled) -> Measured | None:
+        """Return the lane of a bundle that has the accuracy, with an error for the whole motion.
+
+        It is the second one, whose error is nearly its distance from the first, or else the first.
+        """
+        if found.growth is None:
+            return None
+        grown = found.grown_at(self.runs.times)
+        self.prediction = self.prediction.learned(grown)
+        first = error_of_first(found.estimate, found.growth)
+        if first > self.accuracy or not found.is_linear:
+            return None
+        # The first lane has the more steps.
+        first += float(self._shared(found.first, grown).max())
+        for kept, error in ((found.second, first + found.distance), (found.first, first)):
+            measured = self._of(kept, np.full(len(self.runs.times), error))
+            if measured.worst <= self.accuracy:
+                return measured
+        return None
 
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
@@ -256,7 +303,7 @@ class _Search:
             run = corrected_run(kept, self.runs.times, errors.correction(), errors.evaluated_in)
             yield self._of(kept, left, run)
 
-    def _of(self, kept: TaylorRun, errors: Array, result: MotionRun | None = None) -> Measured:
+    def _of(self, kept: VisitingRun, errors: Array, result: MotionRun | None = None) -> Measured:
         """Return a run, or a result that is made from it, with its errors, beside all runs.
 
         Those of values in float64 are included.
@@ -279,15 +326,20 @@ class _Search:
     def _compared(self, kept: TaylorRun, judge: TaylorRun, common: Common) -> _Compared:
         """Return the difference of two runs of one precision, and the round-off of both."""
         apart = common.until(self.runs.times)
-        if self.loads is None:
-            self.loads = LoadsAlong.along(kept)
         grown = apart / truncation(min(kept.order, judge.order))
         # The run of the higher order takes the more steps, by a few hundredths.
-        most = max(kept, judge, key=lambda run: run.steps)
-        shared = sums(most, self.runs.times) + self.loads.errors(most, self.runs.times, grown)
-        rounding = PRECISIONS[kept.precision].rounding
+        shared = self._shared(max(kept, judge, key=lambda run: run.steps), grown)
+        return _Compared(apart, shared, PRECISIONS[kept.precision].rounding)
+
+    def _shared(self, run: VisitingRun, grown: Array) -> Array:
+        """Return the round-off that a run and its judge may share up to each time."""
+        if self.loads is None:
+            self.loads = LoadsAlong.along(run)
+        times = self.runs.times
+        shared = sums(run, times) + self.loads.errors(run, times, grown)
+        rounding = PRECISIONS[run.precision].rounding
         self.prediction = replace(self.prediction, shared=float(shared.max()) / rounding)
-        return _Compared(apart, shared, rounding)
+        return shared
 
     def _judged(self, compared: _Compared, margin: float) -> Array:
         """Return the error that the difference of two runs bounds."""

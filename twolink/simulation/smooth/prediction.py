@@ -40,6 +40,12 @@ class Prediction:
     def _largest(self) -> float:
         return 0.0 if self.grown is None else float(self.grown.max())
 
+    def room(self, accuracy: float, precision: PrecisionName) -> float:
+        """Return the part of an accuracy that the round-off of two runs leaves to their errors."""
+        roundings = MOST_ROUND_OFF * self._largest + self.shared
+        # Sizes of a motion that diverges may be no numbers: there is no room then.
+        return max(0.0, accuracy - PRECISIONS[precision].rounding * roundings)
+
     def learned(self, grown: Array) -> Prediction:
         """Return the prediction after a measured run has shown the growth of errors."""
         known = np.where(np.isfinite(grown), grown, 0.0)
@@ -50,9 +56,7 @@ class Prediction:
 
         The judge then has half the error that its round-off leaves; the rest is for more of it.
         """
-        roundings = MOST_ROUND_OFF * self._largest + self.shared
-        # Sizes of a motion that diverges may be no numbers: there is no room then.
-        room = max(0.0, accuracy - PRECISIONS[precision].rounding * roundings)
+        room = self.room(accuracy, precision)
         return order_for(room / MARGIN_OF_JUDGES / 2 / self.growth)
 
     def order_by_defect(self, accuracy: float) -> int:

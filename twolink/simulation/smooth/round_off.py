@@ -6,18 +6,19 @@ their difference does not show it.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from twolink.chain import Chain
 from twolink.effects import is_built_in
 from twolink.integration.precisions import PRECISIONS
 from twolink.names import EquationsName
 from twolink.simulation.run import Array
-from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.equations import EQUATIONS, largest_inverse
 from twolink.simulation.smooth.load_sizes import ForceSizes, force_sizes
-from twolink.simulation.smooth.taylor import TaylorRun, visited_by
+from twolink.simulation.smooth.visited import VisitingRun, visited_by
 
 MOST_ROUND_OFF = 16
 """The error that round-off leaves, in roundings times the growth, of motions where it is large."""
@@ -39,13 +40,13 @@ def rounding(run: Any) -> Array:
     return np.asarray(np.finfo(float).eps * np.maximum.accumulate(sizes))
 
 
-def rounding_until(run: TaylorRun, times: Array) -> Array:
+def rounding_until(run: VisitingRun, times: Array) -> Array:
     """Return `rounding` up to each time (s), also of the largest values between them."""
     sizes = visited_by(run).largest(times, lambda values: np.abs(values).max(axis=0))
     return np.asarray(np.finfo(float).eps * sizes)
 
 
-def conversions(run: TaylorRun, times: Array) -> Array:
+def conversions(run: VisitingRun, times: Array) -> Array:
     """Return the round-off (rad, rad/s) of values up to each time (s), shape (n,).
 
     They are converted from momenta and back.
@@ -53,7 +54,7 @@ def conversions(run: TaylorRun, times: Array) -> Array:
     return _of_conversions(run, _largest_roundings(run, times))
 
 
-def sums(run: TaylorRun, times: Array) -> Array:
+def sums(run: VisitingRun, times: Array) -> Array:
     """Return the round-off (rad, rad/s) of as many sums as the steps up to each time (s).
 
     Runs share that of the first speeds, which move the angles in proportion to the time.
@@ -64,42 +65,37 @@ def sums(run: TaylorRun, times: Array) -> Array:
     return np.asarray(_of_conversions(run, largest) + largest * count + of_speeds * times)
 
 
-def _of_conversions(run: TaylorRun, largest: Array) -> Array:
+def _of_conversions(run: VisitingRun, largest: Array) -> Array:
     """Return the round-off of conversions from that of the largest values, shape (n,)."""
     begun = np.concatenate([run.q[:, 0], run.u[:, 0]]).astype(float)
     converted = np.abs(begun - [*run.scene.q, *run.scene.u]).max()
     return np.asarray(converted + A_VALUE * largest)
 
 
-class LoadsAlong(NamedTuple):
-    """The round-off that loads give to the rates along a motion, at some times (s), shape (n,).
+@dataclass(frozen=True, eq=False)
+class LoadsAlong:
+    """The round-off that loads give to the rates along the motion of a `run`, at some times (s).
 
-    In roundings of the state per time (1/s): of speeds, whose size is `size`, at least 1, and of
-    the variables of the run.
+    `q` and `u` are the states there, shape (2, n), and `forces` the loads.
     """
 
+    run: VisitingRun
     times: Array
-    of_speeds: Array
-    size: float
-    of_run: Array
+    q: Array
+    u: Array
+    forces: ForceSizes
 
     @classmethod
-    def along(cls, run: TaylorRun) -> LoadsAlong:
+    def along(cls, run: VisitingRun) -> LoadsAlong:
         """Return the round-off along a run, where it is known."""
         places, values = visited_by(run).everywhere
         looks = _LOOKS if all(map(is_built_in, run.scene.effects)) else len(places)
-        # NumPy's `unique` imports another module, in a tenth of the time of a program.
-        some = sorted(set(np.linspace(0, len(places) - 1, looks).astype(int).tolist()))
-        q, u = values[:2, some], values[2:, some]
+        some = slice(None) if looks >= len(places) else _evenly(len(places), looks)
+        q, u, times = values[:2, some], values[2:, some], places[some]
         chain = run.scene.moving_chain.convert(float)
-        forces = force_sizes(chain, run.scene.effects, q, u, places[some])
-        (of_speeds, size), (of_run, _) = (
-            _rates_of_loads(forces, chain, formulation, q, u)
-            for formulation in (EQUATIONS[run.formulation].in_speeds, run.formulation)
-        )
-        return cls(places[some], of_speeds, size, of_run)
+        return cls(run, times, q, u, force_sizes(chain, run.scene.effects, q, u, times))
 
-    def errors(self, run: TaylorRun, times: Array, grown: Array) -> Array:
+    def errors(self, run: VisitingRun, times: Array, grown: Array) -> Array:
         """Return the round-off (rad, rad/s) of terms of loads that cancel, up to each time (s).
 
         It counts beyond a rounding of the state on each step, which is in other terms. It acts like
@@ -107,34 +103,50 @@ class LoadsAlong(NamedTuple):
         error of a unit of truncation, which is relative to the state, or to 1 if that is larger.
         """
         step = float(times[-1]) / run.steps
-        beyond = np.maximum(step * self.of_speeds - 1.0, 0.0) * self.size / step
+        if step * self._most <= 1:
+            return np.zeros_like(times)
+        of_speeds, size = self._rates(EQUATIONS[run.formulation].in_speeds)
+        of_run, _ = self._rates(run.formulation)
+        beyond = np.maximum(step * of_speeds - 1.0, 0.0) * size / step
         between = np.diff(self.times) * (beyond[1:] + beyond[:-1]) / 2
         moved = np.concatenate([[0.0], np.cumsum(between)])
-        roundings = np.maximum.accumulate(np.maximum(step * self.of_run - 1.0, 0.0))
+        roundings = np.maximum.accumulate(np.maximum(step * of_run - 1.0, 0.0))
         place = np.searchsorted(self.times, times)
         carried = MOST_ROUND_OFF * grown * roundings[place]
         own = PRECISIONS[run.precision].rounding
         return np.asarray(own * (np.maximum(1.0, times) * moved[place] + carried))
 
+    @cached_property
+    def _most(self) -> float:
+        """A bound on the roundings of the state per time (1/s), of speeds and of momenta."""
+        largest = float((self.forces.excess + self.forces.spread).max(initial=0.0))
+        return largest * max(1.0, largest_inverse(self.run.scene.moving_chain.convert(float)))
 
-def _rates_of_loads(
-    forces: ForceSizes, chain: Chain, formulation: EquationsName, q: Array, u: Array
-) -> tuple[Array, float]:
-    """Return the roundings of the state per time (1/s) by loads, (n,), and its size, at least 1."""
-    x = EQUATIONS[formulation].from_speeds(chain, tuple(q), tuple(u))
-    size = max(1.0, float(np.abs(np.concatenate([q, x])).max()))
-    sizes = forces.in_rates(chain, formulation, q)
-    return (sizes.excess + sizes.spread).max(axis=0) / size, size
+    def _rates(self, formulation: EquationsName) -> tuple[Array, float]:
+        """Return the roundings of the state per time (1/s), (n,), and its size, at least 1.
+
+        The variables are those of the equations of a formulation.
+        """
+        chain = self.run.scene.moving_chain.convert(float)
+        x = EQUATIONS[formulation].from_speeds(chain, tuple(self.q), tuple(self.u))
+        size = max(1.0, float(np.abs(np.concatenate([self.q, x])).max()))
+        sizes = self.forces.in_rates(chain, formulation, self.q)
+        return (sizes.excess + sizes.spread).max(axis=0) / size, size
 
 
-def _largest_roundings(run: TaylorRun, times: Array) -> Array:
+def _evenly(count: int, looks: int) -> Array:
+    """Return the numbers of evenly spaced entries, of which there are more than looks."""
+    return np.linspace(0, count - 1, looks).astype(int)
+
+
+def _largest_roundings(run: VisitingRun, times: Array) -> Array:
     """Return a rounding of the largest value (rad, rad/s) up to each time (s), shape (n,)."""
     return visited_by(run).largest(
         times, lambda values: _roundings(run, values[:2], values[2:]).max(axis=0)
     )
 
 
-def _roundings(run: TaylorRun, q: Array, u: Array) -> Array:
+def _roundings(run: VisitingRun, q: Array, u: Array) -> Array:
     """Return the round-off (rad, rad/s) of q and u, each of shape (2, n), shape (4, n)."""
     chain = run.scene.moving_chain.convert(float)
     speeds = EQUATIONS[run.formulation].rounded_speeds(chain, q, u)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from twolink.effects import is_built_in
+from twolink.errors import IntegrationError
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.interruptible import side_by_side
 from twolink.names import EquationsName
@@ -16,12 +17,20 @@ from twolink.scene import Scene
 from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array
 from twolink.simulation.shortened import CheckedRun, shortened_run
+from twolink.simulation.smooth.bundle_plan import BundlePlan
+from twolink.simulation.smooth.bundled import Bundled, bundled, can_be_compared
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.integrators import compile_ahead
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.steps import Observer, Steps
-from twolink.simulation.smooth.taylor import TaylorRun, taylor_run, visited_by
-from twolink.simulation.smooth.visited import Common, compared, with_middles
+from twolink.simulation.smooth.taylor import TaylorRun, taylor_run
+from twolink.simulation.smooth.visited import (
+    Common,
+    VisitingRun,
+    compared,
+    visited_by,
+    with_middles,
+)
 from twolink.times import merged
 
 # The number of times that two runs are compared, and made again to be compared in each step.
@@ -44,7 +53,7 @@ class Runs:
     longest_step: float
     ahead: CompilationThread = field(default_factory=CompilationThread)
     known: dict[tuple[PrecisionName, int], TaylorRun] = field(default_factory=dict)
-    made: list[TaylorRun] = field(default_factory=list)
+    made: list[VisitingRun] = field(default_factory=list)
     visit: Array = field(default_factory=lambda: np.zeros(0))
 
     def pair(
@@ -76,6 +85,36 @@ class Runs:
             self.visit = merged(self.visit, visited_by(first).ends)
             first, second = (self.again(precision, order) for order in orders)
         return first, second, found.unknown()
+
+    @property
+    def may_be_bundled(self) -> bool:
+        """Whether lanes side by side can be compared often enough, and their steps are resolved."""
+        return all(map(is_built_in, self.scene.effects)) and can_be_compared(
+            self.scene.duration, self.longest_step
+        )
+
+    def bundle(self, plan: BundlePlan) -> Bundled | None:
+        """Return a motion by lanes side by side.
+
+        Later ones are compared at more times where it changes fast. None if a lane does not reach
+        the last time.
+        """
+        try:
+            found = bundled(
+                self.scene,
+                self.times,
+                plan,
+                formulation=self.formulation,
+                longest_step=self.longest_step,
+                visit=self.visit,
+                progress=self.progress(f"order {plan.order}, side by side"),
+            )
+        except IntegrationError:
+            # A run of its own shows whether the motion itself fails.
+            return None
+        self.made.append(found.first)
+        self.visit = merged(self.visit, found.places)
+        return found
 
     def expect(self, precision: PrecisionName, order: int) -> None:
         """Compile the integrators of a later run ahead of it."""

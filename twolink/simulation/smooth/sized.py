@@ -39,7 +39,7 @@ class Sized:
         """The round-off of the operations and constants."""
         if self.exact:
             return 0.0
-        size = np.abs(self.value)
+        size = abs(self.value)
         return size if self._excess is None else size + self._excess
 
     @property
@@ -123,7 +123,7 @@ def _is_zero(number: Sized) -> bool:
 
 def _times(factor: Any, size: Any) -> Any:
     """Return the size of a factor times that of some round-off, which may be None."""
-    return None if size is None else _known(np.abs(factor) * size)
+    return None if size is None else _known(abs(factor) * size)
 
 
 def _sum(one: Any, other: Any) -> Any:

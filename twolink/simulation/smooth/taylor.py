@@ -14,24 +14,20 @@ from twolink.integration.precisions import PRECISIONS, Code, PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.compilation_thread import CompilationThread
-from twolink.simulation.run import Array, MotionRun
+from twolink.simulation.run import Array
 from twolink.simulation.smooth.integrators import INTEGRATORS, Followed, Integrators, Key, key_of
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.steps import Observer
-from twolink.simulation.smooth.visited import Visited
+from twolink.simulation.smooth.visited import Visited, VisitingRun
 from twolink.times import merged
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaylorRun(MotionRun):
-    """A motion without events, by one run of one integrator, `compiled` for it to some code.
-
-    It has the motion at the times that were `visited` if this was requested.
-    """
+class TaylorRun(VisitingRun):
+    """A motion without events, by one run of one integrator, `compiled` for it to some code."""
 
     compiled: Integrators | None = field(repr=False, compare=False)
     code: Code
-    visited: Visited | None = field(default=None, repr=False, compare=False)
 
     @property
     def arithmetic(self) -> Operations:
@@ -158,9 +154,3 @@ def _made(
         if found is not None:
             return _Made(found, compiled, code, compile_seconds, run_seconds)
     raise AssertionError("the last code takes any number of steps")
-
-
-def visited_by(run: TaylorRun) -> Visited:
-    """Return the motion of a run that had times to visit, at these and at the ends of its steps."""
-    assert run.visited is not None
-    return run.visited

@@ -7,13 +7,14 @@ show it. A step is as short as a seventh of the radius of convergence of the ser
 
 from __future__ import annotations
 
+from abc import ABC
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from twolink.simulation.run import Array
+from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.smooth.judging import apart
 from twolink.times import merged
 
@@ -36,6 +37,8 @@ class Visited:
     @property
     def everywhere(self) -> tuple[Array, Array]:
         """All times (s), rising, and q and u there in float64, shape (4, n + m)."""
+        if not len(self.ends):
+            return self.times, self.values.astype(float, copy=False)
         times = np.concatenate([self.times, self.ends])
         values = np.concatenate([self.values.astype(float), self.at_ends.astype(float)], axis=1)
         order = times.argsort(kind="stable")
@@ -47,12 +50,27 @@ class Visited:
         `sizes` are those of q and u in float64, shape (4, m) to shape (m,).
         """
         count = len(self.times)
+        if not len(self.ends):
+            return largest_until(times, self.times, sizes(self.values.astype(float, copy=False)))
         values = np.concatenate([self.values.astype(float), self.at_ends.astype(float)], axis=1)
         found = sizes(values)
         return np.maximum(
             largest_until(times, self.times, found[:count]),
             largest_until(times, self.ends, found[count:]),
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class VisitingRun(MotionRun, ABC):
+    """A run that has the motion at the times that were `visited`, if this was requested."""
+
+    visited: Visited | None = field(default=None, repr=False, compare=False)
+
+
+def visited_by(run: VisitingRun) -> Visited:
+    """Return the motion of a run that had times to visit, at these and at the ends of its steps."""
+    assert run.visited is not None
+    return run.visited
 
 
 def largest_until(times: Array, places: Array, sizes: Array) -> Array:

@@ -1,0 +1,179 @@
+"""The estimated errors of the lanes of a bundle, against more precise runs."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from benchmarks.certainty import random_scene
+from twolink.chain import Chain
+from twolink.effects.gravity import Gravity
+from twolink.scene import Scene
+from twolink.simulation.smooth.bundle_plan import BundlePlan, error_of_first, growth_of
+from twolink.simulation.smooth.bundled import bundled, can_be_compared
+from twolink.simulation.smooth.bundles import RATIOS
+from twolink.simulation.smooth.judging import truncation
+from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.taylor import taylor_run
+
+GRAVITY = (Gravity(),)
+BARS = Chain.uniform_bars()
+CALM = Scene(BARS, (0.3, -0.4), (0.1, 0.2), 10.0, GRAVITY)
+WHIP = Scene(Chain.point_masses((1e-3, 1.0), (1.0, 1.0)), (0.3, 2.5), (0.0, 0.0), 4.0, GRAVITY)
+UP = -math.pi / 2
+
+HARD = {
+    "every fourth coefficient": Scene(BARS, (0.0, 0.0), (0.0, 0.0), 10.0, GRAVITY),
+    "stretched, at rest": Scene(BARS, (0.4, 0.4), (0.0, 0.0), 10.0, GRAVITY),
+    "upright, nearly at rest": Scene(BARS, (UP, UP), (0.0, 1e-3), 10.0, GRAVITY),
+    "hanging, nearly at rest": Scene(BARS, (-UP, -UP), (0.0, 1e-6), 10.0, GRAVITY),
+    "no forces": Scene(BARS, (0.3, 1.0), (2.0, -1.0), 10.0, ()),
+    "whip": WHIP,
+    "a part of a step": Scene(BARS, (0.3, -0.4), (0.1, 0.2), 0.01, GRAVITY),
+}
+
+
+def times_of(scene):
+    return np.linspace(0.0, scene.duration, 41)
+
+
+def lanes_of(scene, order=15, size=30.0, visit=()):
+    return bundled(
+        scene, times_of(scene), BundlePlan(order, size), formulation="momenta",
+        longest_step=default_longest_step(scene), visit=np.array(visit, float),
+    )  # fmt: skip
+
+
+def exact_of(scene, precision="quadruple"):
+    found = taylor_run(scene, times_of(scene), formulation="kane", precision=precision)
+    return np.concatenate([found.q, found.u])
+
+
+def true_error(run, exact):
+    """Return the largest error; the exact run has longer numbers."""
+    states = np.concatenate([run.q, run.u]).astype(exact.dtype)
+    return float(np.abs(states - exact).max().astype(float))
+
+
+def assert_bounded(found, exact):
+    """Return whether the errors are known; they must be bounded then."""
+    if found.growth is None or not found.is_linear:
+        return False
+    first = error_of_first(found.estimate, found.growth) + 1e-14
+    assert true_error(found.first, exact) <= first
+    assert true_error(found.second, exact) <= found.distance + first
+    return True
+
+
+@pytest.mark.parametrize("order", [9, 11, 13, 15, 17, 19])
+def test_the_errors_are_bounded(order):
+    exact = exact_of(CALM)
+    for size in (20.0, 60.0, 200.0):
+        known = assert_bounded(lanes_of(CALM, order, size), exact)
+        assert known or order < 15
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_the_errors_are_bounded_where_series_or_steps_are_special(name):
+    exact = exact_of(HARD[name])
+    for order, size in ((9, 10.0), (13, 100.0), (15, 30.0)):
+        assert_bounded(lanes_of(HARD[name], order, size), exact)
+    assert assert_bounded(lanes_of(HARD[name], 19, 100.0), exact)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [11, 15, 19])
+def test_the_errors_of_random_motions_are_bounded(order, random):
+    compared = 0
+    for _ in range(60):
+        scene = random_scene(random, events=False)
+        exact = exact_of(scene, "long double")
+        largest = max(1.0, float(np.abs(exact).max().astype(float)))
+        compared += assert_bounded(lanes_of(scene, order, 5.0 * largest), exact)
+    assert compared > {11: 5, 15: 20, 19: 40}[order]
+
+
+def test_the_estimate_is_the_largest_of_three():
+    found = lanes_of(CALM)
+    apart = np.abs(found.found.motions[1:] - found.found.motions[0]).max(axis=(1, 2)) / RATIOS[1:]
+    assert found.estimate == pytest.approx(apart.max())
+    assert apart.max() > 1.2 * apart.min()
+
+
+def test_the_error_of_the_second_lane_is_its_distance_from_the_first():
+    found = lanes_of(CALM)
+    exact = exact_of(CALM)
+    true = true_error(found.second, exact)
+    apart = np.concatenate([found.second.q - found.first.q, found.second.u - found.first.u])
+    assert true == pytest.approx(np.abs(apart).max(), rel=0.05)
+    # It is larger between the samples.
+    assert true < found.distance < 4 * true
+    assert true_error(found.first, exact) < true / 50
+
+
+def test_the_growth_is_that_of_a_truncation_error():
+    found = lanes_of(CALM)
+    grown = found.grown_at(times_of(CALM))
+    assert np.all(np.diff(grown) >= 0)
+    assert grown[-1] == found.growth
+    part = 30.0 / found.largest * truncation(15)
+    assert found.growth == pytest.approx(growth_of(found.estimate, part))
+    finer = lanes_of(CALM, 17)
+    assert found.growth / 20 < finer.growth < found.growth * 20
+
+
+def test_the_error_is_unknown_where_a_variable_exceeds_the_size():
+    """The steps of all lanes are then nearly equal, and so are the lanes."""
+    spinning = Scene(BARS, (0.3, -0.4), (500.0, 500.0), 10.0, ())
+    found = lanes_of(spinning, 15, 5.0)
+    assert found.largest > 4000.0
+    assert found.growth is None
+    assert np.all(np.isinf(found.estimates))
+    assert lanes_of(spinning, 15, 2 * found.largest).growth is not None
+
+
+def test_errors_that_are_too_large_to_grow_in_proportion_bound_nothing():
+    coarse = lanes_of(CALM, 9, 200.0)
+    assert coarse.growth is not None
+    assert not coarse.is_linear
+    assert lanes_of(CALM, 15).is_linear
+
+
+def test_a_fast_turn_is_resolved_by_more_times():
+    """The speed of the tip of a whip peaks within a thousandth of a swing."""
+    first = lanes_of(WHIP, 15, 30.0)
+    assert not first.is_resolved
+    again = lanes_of(WHIP, 15, 30.0, first.places)
+    assert again.is_resolved
+    assert not again.places.size
+    seen, peak = (np.abs(found.found.motions[0, 2:]).max() for found in (first, again))
+    assert peak > 3 * seen
+    assert again.estimate > 10 * first.estimate
+
+
+@pytest.mark.parametrize("scene", [CALM, WHIP])
+def test_lanes_are_compared_in_each_step_of_the_last_one(scene):
+    found = lanes_of(scene, visit=lanes_of(scene).places)
+    ends = np.array([0.0, *found.found.ends[-1, : found.found.steps[-1]]])
+    for begin, end in pairwise(ends):
+        assert np.any((found.grid > begin) & (found.grid <= end))
+
+
+def test_comparison_at_more_times_leaves_the_motion_as_it_is():
+    few, many = lanes_of(WHIP), lanes_of(WHIP, visit=np.linspace(0.0, 4.0, 999))
+    for name in ("first", "second"):
+        assert np.array_equal(getattr(few, name).q, getattr(many, name).q)
+    assert few.found.steps == many.found.steps
+
+
+@pytest.mark.parametrize(("duration", "possible"), [(10.0, True), (1e3, True), (1e4, False)])
+def test_motions_are_compared_at_a_bounded_number_of_times(duration, possible):
+    assert can_be_compared(duration, 1.0) == possible
+
+
+def test_a_short_motion_has_differences():
+    short = lanes_of(replace(CALM, duration=1e-3), 9, 10.0)
+    assert min(short.found.steps) >= 8
+    assert 0 < short.estimate < 1e-13

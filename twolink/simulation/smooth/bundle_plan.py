@@ -1,0 +1,106 @@
+"""The order of a bundle and the size of its lanes' state, for an accuracy.
+
+The truncation error of a step follows from the accuracy and the growth of errors. The lowest order
+suffices whose own steps have it at a size of the state that all variables stay below: a larger size
+makes the steps longer.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from twolink.integration.precisions import PRECISIONS
+from twolink.scene import Scene
+from twolink.simulation.smooth.bundles import RATIOS
+from twolink.simulation.smooth.judging import order_for, truncation
+
+# The estimated error of a bundle's first lane, in the error of a run with its truncation errors, in
+# most motions: the estimate is the largest of three, and longer steps leave more terms of the
+# series.
+_ESTIMATED = 12.0
+
+# Factor on the estimated error.
+_MARGIN = 10.0
+
+# The error that round-off leaves, in roundings times the growth, of motions where it is large: it
+# was 12 in one of a hundred random motions, and 0.4 in half of them. Where it was more, up to 43,
+# the margin on the estimate was far larger: with both, the error was at most 0.6 of the bound in
+# 1433 bundles near round-off.
+_ROUND_OFF = 24 * PRECISIONS["double"].rounding
+
+# Steps of a higher order have truncation errors far below round-off.
+_HIGHEST_ORDER = 19
+
+_LOWEST_ORDER = 7
+
+# The order of a bundle that shows the growth of errors, where one for the accuracy is near
+# round-off before it is known.
+_ORDER_FOR_GROWTH = 11
+
+# The growth of errors before the first measurement: that of half of random chains over 10 s. And
+# the allowance for it after one.
+_GROWTH, _CAUTION = 4e3, 1.0
+
+# The least size of the state of the first lane: in the largest variable of the start, which others
+# may exceed later, and in the largest one of the motion.
+_LARGER_THAN_START, _LARGER_THAN_MOTION = 8.0, 2.0
+
+# The longest step of the first lane, in those of its order at the size of the motion, as a
+# logarithm: those are e⁻² of the radius of convergence. Three times as large a logarithm would
+# leave estimates of a twentieth of the error.
+_LONGER = 0.3
+
+
+class BundlePlan(NamedTuple):
+    """The order of a bundle, and the size of the state of its first lane."""
+
+    order: int
+    size: float
+
+
+def error_of_first(estimate: float, growth: float) -> float:
+    """Return the bound on the error of the first lane of a bundle, from its estimate and growth."""
+    return _MARGIN * estimate + _ROUND_OFF * growth
+
+
+def growth_of(estimate: Any, truncated: float) -> Any:
+    """Return the error of a run with a truncation error of 1 on each step.
+
+    `estimate` is that of a first lane whose truncation errors are the part `truncated` of its
+    state.
+    """
+    return estimate / (_ESTIMATED * truncated)
+
+
+def bundle_plan(
+    accuracy: float, growth: float | None, scene: Scene, largest: float | None
+) -> BundlePlan | None:
+    """Return the cheapest bundle that is expected to have an accuracy (rad, rad/s).
+
+    `growth` is the error of a run with a truncation error of 1 on each step, and `largest` the
+    largest variable of the motion, at least 1, where they are known. None if round-off leaves no
+    room for it.
+    """
+    expected = _GROWTH if growth is None else _CAUTION * growth
+    room = accuracy - _ROUND_OFF * (growth or 0.0)
+    if not room > 0:
+        return None
+    state = largest or max(1.0, *map(abs, (*scene.q, *scene.u)))
+    least = _LARGER_THAN_START if largest is None else _LARGER_THAN_MOTION
+    # For the second lane, or at least for the first.
+    for factor in (float(RATIOS[1]) + _MARGIN, _MARGIN):
+        of_state = room / (factor * _ESTIMATED * expected)
+        order = max(order_for(of_state / least), _LOWEST_ORDER)
+        if order <= _HIGHEST_ORDER:
+            return BundlePlan(order, state * _part(order, of_state, least))
+    return BundlePlan(_ORDER_FOR_GROWTH, state * least) if growth is None else None
+
+
+def _part(order: int, of_state: float, least: float) -> float:
+    """Return the size of the state for truncation errors that are a part of it, at least `least`.
+
+    It is that of the first lane, in the largest variable.
+    """
+    longest = math.exp(_LONGER * order)
+    return max(min(of_state / truncation(order), longest), least)

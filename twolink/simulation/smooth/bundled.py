@@ -1,0 +1,190 @@
+"""The lanes of a bundle, whose differences measure their errors.
+
+Let e be the error of the first lane. The truncation errors of the steps of lane k are R_k = 300,
+600, 1200 times as large. Errors of steps add up with the growth of the motion, so that the error of
+lane k is about R_k e, and its distance from the first lane, D_k, differs from it by e alone. But
+where a few fast steps make all the error, it depends on the places of the steps, and may happen to
+vanish. The steps of three lanes end at different places, so that
+
+    E = max_k D_k / R_k
+
+is an estimate of e from above in most motions.
+The second lane has an error of at most D_1 + e: nearly its distance, as E is a small part of it.
+The first lane has that of e, if only it has the accuracy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from time import perf_counter
+
+import numpy as np
+
+from twolink.names import EquationsName
+from twolink.scene import Scene
+from twolink.simulation.run import Array, Lane
+from twolink.simulation.smooth.bundle_plan import BundlePlan, growth_of
+from twolink.simulation.smooth.bundles import RATIOS, Bundle, Followed
+from twolink.simulation.smooth.judging import truncation
+from twolink.simulation.smooth.lane_run import LaneRun, bundle_of, of_lane
+from twolink.simulation.smooth.visited import largest_until
+from twolink.times import merged
+
+# The least ratio of the truncation errors of two lanes that tells those of both: it is smaller than
+# that of `RATIOS` where a variable has become larger than the size of the first lane.
+_LEAST_PART = 0.25
+
+# The largest distance of two lanes over which errors grow in proportion: of angles (rad), and of
+# speeds as a part of the largest speed, or of 1 rad/s.
+_LINEAR = 0.1
+
+# The most steps of the last lane, which are the longest, between two times of comparison. Each is
+# less than 0.4 of the radius of convergence of the series, and an error changes little within half
+# of it.
+_STEPS_BETWEEN = 3
+
+# Even times of comparison, at least, and in each time in which the motion changes at its start.
+_COMPARED, _IN_A_LONGEST_STEP = 128, 8
+
+# Even times of comparison, at most.
+_MOST_COMPARED = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Bundled:
+    """The motions of all lanes of a bundle at the times of a grid (s), and at some of them.
+
+    The first lane has the size of its state that is in the `plan`. Runs had `seconds` of
+    integration and of compilation.
+    """
+
+    scene: Scene
+    times: Array
+    plan: BundlePlan
+    longest_step: float
+    grid: Array
+    found: Followed
+    compiled: Bundle
+    seconds: tuple[float, float]
+
+    @cached_property
+    def first(self) -> LaneRun:
+        """The first lane, as a run."""
+        return self._lane(0)
+
+    @cached_property
+    def second(self) -> LaneRun:
+        """The second lane, as a run."""
+        return self._lane(1)
+
+    def _lane(self, number: int) -> LaneRun:
+        return of_lane(
+            self.scene, self.times, self.compiled, self.longest_step,
+            Lane(number, self.plan.size), self.found, self.grid, self.seconds,
+        )  # fmt: skip
+
+    @property
+    def largest(self) -> float:
+        """The largest variable of the motion, at least 1."""
+        return max(1.0, self.found.largest)
+
+    @cached_property
+    def _apart(self) -> Array:
+        """The distances of the other lanes from the first, shape (lanes - 1, 4, n)."""
+        return np.abs(self.found.motions[1:] - self.found.motions[0])
+
+    @cached_property
+    def estimates(self) -> Array:
+        """The estimated error of the first lane (rad, rad/s) so far, at the times of the grid.
+
+        It is unknown where the truncation errors of the lanes do not have their ratios.
+        """
+        sizes = np.maximum(self.plan.size * RATIOS, self.largest)
+        ratios = sizes[1:] / sizes[0]
+        if ratios[0] < _LEAST_PART * RATIOS[1]:
+            return np.full(len(self.grid), math.inf)
+        largest = self._apart.max(axis=1)
+        return np.asarray(np.maximum.accumulate((largest / ratios[:, None]).max(axis=0)))
+
+    @property
+    def estimate(self) -> float:
+        """The estimated error of the first lane (rad, rad/s) over the whole motion."""
+        return float(self.estimates[-1])
+
+    @cached_property
+    def distance(self) -> float:
+        """The distance of the second lane from the first (rad, rad/s) over the whole motion."""
+        return float(self._apart[0].max())
+
+    @property
+    def growth(self) -> float | None:
+        """The error of a run with a truncation error of 1 on each step; None if it is unknown."""
+        return float(self._grown(self.estimate)) if math.isfinite(self.estimate) else None
+
+    def grown_at(self, times: Array) -> Array:
+        """Return the growth up to each time (s), shape (n,)."""
+        return self._grown(largest_until(times, self.grid, self.estimates))
+
+    def _grown(self, estimates: Array | float) -> Array:
+        """Return the growth that estimates show: truncation errors are relative to the state."""
+        size = max(self.plan.size, self.largest) / self.largest
+        return np.asarray(growth_of(estimates, size * truncation(self.plan.order)))
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the errors of all lanes are so small that they grow in proportion."""
+        fastest = max(1.0, float(np.abs(self.found.motions[0, 2:]).max()))
+        angles, speeds = self._apart[:, :2].max(), self._apart[:, 2:].max()
+        return bool(max(angles, speeds / fastest) <= _LINEAR)
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether the lanes are compared so often that the error has no peaks between."""
+        return not self._unseen(_STEPS_BETWEEN).size
+
+    @property
+    def places(self) -> Array:
+        """Times (s) at which lanes are to be compared to be so in each step of the last one."""
+        return self._unseen(1)
+
+    def _unseen(self, steps: int) -> Array:
+        """Return the ends (s) of steps of the last lane before which so many have no comparison."""
+        ends = np.concatenate([[0.0], self.found.ends[-1]])
+        known = np.searchsorted(self.grid, ends, side="right")
+        # A lane that has arrived waits.
+        missing = (known[steps:] == known[:-steps]) & (ends[steps:] < ends[-1])
+        return ends[steps:][missing]
+
+
+def bundled(
+    scene: Scene,
+    times: Array,
+    plan: BundlePlan,
+    *,
+    formulation: EquationsName,
+    longest_step: float,
+    visit: Array,
+    progress: Callable[[float], None] | None = None,
+) -> Bundled:
+    """Return the motions of all lanes at rising times (s), the first of them 0.
+
+    No step is longer than `longest_step` (s). The lanes are compared at times that follow from it,
+    and at those to `visit` (s). Raises `IntegrationError` if a lane does not reach the last time.
+    """
+    begun = perf_counter()
+    compiled = bundle_of(scene, formulation, plan.order)
+    compile_seconds = perf_counter() - begun
+    begun = perf_counter()
+    count = max(_COMPARED, math.ceil(_IN_A_LONGEST_STEP * scene.duration / longest_step))
+    grid = merged(times, np.linspace(0.0, scene.duration, count + 1), visit)
+    found = compiled.follow(scene, grid, plan.size, longest_step, progress)
+    seconds = perf_counter() - begun, compile_seconds
+    return Bundled(scene, times, plan, longest_step, grid, found, compiled, seconds)
+
+
+def can_be_compared(duration: float, longest_step: float) -> bool:
+    """Return whether a motion over a duration (s) is short enough for a bundle."""
+    return _IN_A_LONGEST_STEP * duration <= _MOST_COMPARED * longest_step

@@ -1,0 +1,146 @@
+"""The motion of one lane of a bundle, as a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from twolink.integration.operations import Operations, of_taylor_step
+from twolink.names import EquationsName
+from twolink.scene import Scene
+from twolink.simulation.run import Array, Lane, Recipe
+from twolink.simulation.smooth.bundles import BUNDLES, Bundle, Followed
+from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.visited import Visited, VisitingRun
+from twolink.times import merged
+from twolink.values import Content
+
+
+@dataclass(frozen=True, kw_only=True)
+class LaneRun(VisitingRun):
+    """The motion of a `lane` of a bundle, `compiled` for it.
+
+    `ends` has the times (s) at which its steps end, and `lane_steps` the number of steps of each
+    lane.
+    """
+
+    lane: Lane
+    ends: Array = field(repr=False, compare=False)
+    lane_steps: tuple[int, ...]
+    compiled: Bundle | None = field(repr=False, compare=False)
+
+    @property
+    def recipe(self) -> Recipe:
+        """The settings that repeat the run."""
+        return Recipe(self.order, float(self.longest_step), lane=self.lane)
+
+    @property
+    def lanes(self) -> int:
+        """The number of motions that were integrated side by side."""
+        return len(self.lane_steps)
+
+    @property
+    def arithmetic(self) -> Operations:
+        """The floating-point operations of the steps of all lanes, also of those that wait."""
+        return of_taylor_step(self._code.pool.original).times(self.lanes * max(self.lane_steps))
+
+    @property
+    def evaluations(self) -> int:
+        """The evaluated terms of the series of all lanes."""
+        return sum(self.lane_steps) * self.order * self.operations
+
+    @property
+    def _code(self) -> Bundle:
+        """The compiled code of this run, recompiled if the run was stored."""
+        return self.compiled or bundle_of(self.scene, self.formulation, self.order)
+
+    def dense(self) -> Callable[..., tuple[Any, Any]]:
+        """Return q and u as functions of time (s): the polynomials of the steps of the lane."""
+
+        def at(times: Any, side: str = "right") -> tuple[Any, Any]:
+            # The run is repeated step for step, so that its steps need not be stored.
+            moments, place = np.unique(times, return_inverse=True)
+            found = self._code.follow(self.scene, moments, self.lane.size, self.longest_step)
+            values = found.motions[self.lane.number][:, place]
+            return values[:2], values[2:]
+
+        return at
+
+    def step_times(self) -> Array:
+        """Return the boundaries (s) of the steps of the lane."""
+        return np.asarray(merged([0.0], self.ends))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the run without its compiled code, which is recompiled on demand."""
+        return {**self.__dict__, "compiled": None}
+
+
+def lane_run(
+    scene: Scene,
+    times: Array,
+    *,
+    formulation: EquationsName,
+    order: int,
+    lane: Lane,
+    longest_step: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> LaneRun:
+    """Return the motion of a lane at rising times (s), the first of them 0.
+
+    No step of any lane is longer than `longest_step` (s). Raises `IntegrationError` if a lane does
+    not reach the last time.
+    """
+    cap = longest_step or default_longest_step(scene)
+    begun = perf_counter()
+    compiled = bundle_of(scene, formulation, order)
+    compile_seconds = perf_counter() - begun
+    begun = perf_counter()
+    found = compiled.follow(scene, times, lane.size, cap, progress)
+    seconds = perf_counter() - begun, compile_seconds
+    return of_lane(scene, times, compiled, cap, lane, found, times, seconds)
+
+
+def of_lane(
+    scene: Scene,
+    times: Array,
+    compiled: Bundle,
+    longest_step: float,
+    lane: Lane,
+    found: Followed,
+    grid: Array,
+    seconds: tuple[float, float],
+) -> LaneRun:
+    """Return the run at some times (s) of a lane whose motions were found at those of a grid.
+
+    `seconds` were spent on integration and on compilation.
+    """
+    own, place = found.motions[lane.number], np.searchsorted(grid, times)
+    run_seconds, compile_seconds = seconds
+    return LaneRun(
+        scene=scene,
+        formulation=compiled.formulation,
+        precision="double",
+        longest_step=longest_step,
+        q=own[:2, place],
+        u=own[2:, place],
+        steps=found.steps[lane.number],
+        order=compiled.order,
+        operations=compiled.operations,
+        compile_seconds=compile_seconds,
+        run_seconds=run_seconds,
+        lane=lane,
+        visited=Visited(grid, own, np.zeros(0), np.zeros((4, 0)), exact=True),
+        ends=found.ends[lane.number],
+        lane_steps=found.steps,
+        compiled=compiled,
+    )
+
+
+def bundle_of(scene: Scene, formulation: EquationsName, order: int) -> Bundle:
+    """Return compiled code for a scene."""
+    chain, effects = Content((scene.moving_chain,)), Content(scene.effects)
+    return BUNDLES(chain, effects, formulation, order)
