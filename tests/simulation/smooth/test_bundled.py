@@ -11,7 +11,12 @@ from benchmarks.certainty import random_scene
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.scene import Scene
-from twolink.simulation.smooth.bundle_plan import BundlePlan, error_of_first, growth_of
+from twolink.simulation.smooth.bundle_plan import (
+    BundlePlan,
+    error_of_first,
+    error_of_second,
+    growth_of,
+)
 from twolink.simulation.smooth.bundled import bundled, can_be_compared
 from twolink.simulation.smooth.bundles import RATIOS
 from twolink.simulation.smooth.judging import truncation
@@ -63,7 +68,7 @@ def assert_bounded(found, exact):
         return False
     first = error_of_first(found.estimate, found.growth) + 1e-14
     assert true_error(found.first, exact) <= first
-    assert true_error(found.second, exact) <= found.distance + first
+    assert true_error(found.second, exact) <= error_of_second(found.distance, first)
     return True
 
 

@@ -8,9 +8,11 @@ vanish. The steps of three lanes end at different places, so that
 
     E = max_k D_k / R_k
 
-is an estimate of e from above in most motions.
-The second lane has an error of at most D_1 + e: nearly its distance, as E is a small part of it.
-The first lane has that of e, if only it has the accuracy.
+is an estimate of e from above in most motions. The second lane has an error of at most D_1 + e:
+nearly its distance, as E is a small part of it. The first lane has e, and is the result if only it
+has the accuracy. The bounds have margins (`bundle_plan`): in 18,086 bundles of 1606 random chains,
+10 s, at all orders, the error of the first lane was at most 0.76 of its bound, and that of the
+second 0.99 of its own before the factor for times between those of comparison.
 """
 
 from __future__ import annotations

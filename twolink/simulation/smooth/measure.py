@@ -47,7 +47,7 @@ from twolink.scene import Scene
 from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.shortened import UnseenError
-from twolink.simulation.smooth.bundle_plan import bundle_plan, error_of_first
+from twolink.simulation.smooth.bundle_plan import bundle_plan, error_of_first, error_of_second
 from twolink.simulation.smooth.bundled import Bundled
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.judging import (
@@ -208,7 +208,8 @@ class _Search:
             return None
         # The first lane has the more steps.
         first += float(self._shared(found.first, grown).max())
-        for kept, error in ((found.second, first + found.distance), (found.first, first)):
+        second = error_of_second(found.distance, first)
+        for kept, error in ((found.second, second), (found.first, first)):
             measured = self._of(kept, np.full(len(self.runs.times), error))
             if measured.worst <= self.accuracy:
                 return measured
