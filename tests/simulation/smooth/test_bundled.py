@@ -173,9 +173,12 @@ def test_comparison_at_more_times_leaves_the_motion_as_it_is():
     assert few.found.steps == many.found.steps
 
 
-@pytest.mark.parametrize(("duration", "possible"), [(10.0, True), (1e3, True), (1e4, False)])
-def test_motions_are_compared_at_a_bounded_number_of_times(duration, possible):
-    assert can_be_compared(duration, 1.0) == possible
+@pytest.mark.parametrize(
+    ("duration", "count", "possible"),
+    [(10.0, 501, True), (1e3, 501, True), (1e4, 501, False), (10.0, 30_000, False)],
+)
+def test_motions_are_compared_at_a_bounded_number_of_times(duration, count, possible):
+    assert can_be_compared(duration, 1.0, count) == possible
 
 
 def test_a_short_motion_has_differences():

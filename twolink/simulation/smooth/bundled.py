@@ -51,7 +51,7 @@ _STEPS_BETWEEN = 3
 # Even times of comparison, at least, and in each time in which the motion changes at its start.
 _COMPARED, _IN_A_LONGEST_STEP = 128, 8
 
-# Even times of comparison, at most.
+# Even times of comparison, at most, and requested ones.
 _MOST_COMPARED = 20_000
 
 
@@ -187,6 +187,10 @@ def bundled(
     return Bundled(scene, times, plan, longest_step, grid, found, compiled, seconds)
 
 
-def can_be_compared(duration: float, longest_step: float) -> bool:
-    """Return whether a motion over a duration (s) is short enough for a bundle."""
-    return _IN_A_LONGEST_STEP * duration <= _MOST_COMPARED * longest_step
+def can_be_compared(duration: float, longest_step: float, count: int) -> bool:
+    """Return whether a motion over a duration (s), at a `count` of times, is short for a bundle.
+
+    All lanes are evaluated at all times, in longer than another run takes if these are very many.
+    """
+    even = _IN_A_LONGEST_STEP * duration / longest_step
+    return max(even, count) <= _MOST_COMPARED

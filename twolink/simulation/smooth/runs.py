@@ -90,7 +90,7 @@ class Runs:
     def may_be_bundled(self) -> bool:
         """Whether lanes side by side can be compared often enough, and their steps are resolved."""
         return all(map(is_built_in, self.scene.effects)) and can_be_compared(
-            self.scene.duration, self.longest_step
+            self.scene.duration, self.longest_step, len(self.times)
         )
 
     def bundle(self, plan: BundlePlan) -> Bundled | None:
