@@ -91,6 +91,13 @@ def test_smooth_loads_are_those_beside_contact_elements():
     assert len(contact_elements(acting, BARS)) == 4
 
 
+def test_contacts_of_one_name_have_numbers():
+    """Two surfaces that were not named are told apart in logs and forces."""
+    floors = Surface((0.0, 0.5), (0.0, -1.0)), Surface((0.0, 0.7), (0.1, -1.0))
+    names = [element.name for element in contact_elements(floors, BARS)]
+    assert names == ["D on surface", "D on surface 2"]
+
+
 def test_the_loads_of_an_effect_are_smooth_by_default():
     class Motor(Effect):
         def loads(self, chain, q, u, t=0.0):

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Self
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from twolink.arithmetic import Pair, Scalar
 from twolink.chain import Chain
 from twolink.errors import SimulationError
 from twolink.loads import Loads
+from twolink.text import distinct_names
 
 if TYPE_CHECKING:
     from twolink.contact.elements import ContactElement
@@ -144,12 +146,22 @@ class ParametricEffect(Effect):
 
 
 def contact_elements(effects: tuple[Effect, ...], chain: Chain) -> tuple[ContactElement, ...]:
-    """Return the friction and contact elements of all effects, in their order."""
-    return tuple(
+    """Return the friction and contact elements of all effects, in their order.
+
+    Contacts of one name have numbers.
+    """
+    found: tuple[Any, ...] = tuple(
         element
         for effect in effects
         if isinstance(effect, ContactEffect)
         for element in effect.contact_elements(chain)
+    )
+    names = [element.name for element in found]
+    if len(set(names)) == len(names):
+        return found
+    return tuple(
+        element if name == element.name else replace(element, name=name)
+        for element, name in zip(found, distinct_names(names, "{} {}"), strict=True)
     )
 
 

@@ -53,9 +53,9 @@ class Trajectory(Views):
     simulated. `notes` has the scene's notes, and a sentence for each departure from the request.
     `theta` and `omega` are joint angles and speeds, if the chain has them. `events` are the
     starts of modes (empty for a smooth motion), `impacts` the impacts. `failure` is the reason why
-    the run ends before the scene, or empty. `recipe` has the settings that repeat a run by Taylor
-    series. Arrays are read-only. Two trajectories are equal if all
-    data except `statistics` and dense output are equal.
+    the run ends before the scene, or empty; some of its events may be after the last sample.
+    `recipe` has the settings that repeat a run by Taylor series. Arrays are read-only. Two
+    trajectories are equal if all data except `statistics` and dense output are equal.
     """
 
     scene: Scene

@@ -85,7 +85,7 @@ def test_a_chain_that_leaves_its_rest_in_a_slot_is_noted():
     found = select(system, state, pose, {})
     names = [str(system.mode(states)) for states in found.others]
     assert str(system.mode(found.states)).startswith("D on surface slips")
-    assert names == ["D on surface sticks, D on surface rests"]
+    assert names == ["D on surface sticks, D on surface 2 rests"]
 
 
 def test_a_chain_that_rests_or_slides_in_a_slot_is_not_noted():
