@@ -63,7 +63,7 @@ def test_works_of_two_effects_of_one_kind_are_kept_apart():
 def test_work_does_not_depend_on_the_spacing_of_samples(effects, samples):
     """Between two of them the chain may turn a hundred times."""
     scene = Scene(Chain.uniform_bars(), (0.0, 0.0), (60.0, -90.0), 2.0, effects)
-    trajectory = simulate(scene, samples=samples)
+    trajectory = simulate(scene, accuracy=1e-11, samples=samples)
     given, T = sum(trajectory.work().values()), trajectory.kinetic_energy
     assert abs(given - (T - T[0])).max() <= 2e-12 * T.max()
 

@@ -10,13 +10,9 @@ import pytest
 from benchmarks.certainty import random_scene
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
+from twolink.effects.pd_control import PdControl
 from twolink.scene import Scene
-from twolink.simulation.smooth.bundle_plan import (
-    BundlePlan,
-    error_of_first,
-    error_of_second,
-    growth_of,
-)
+from twolink.simulation.smooth.bundle_plan import BundlePlan, growth_of
 from twolink.simulation.smooth.bundled import bundled, can_be_compared
 from twolink.simulation.smooth.bundles import RATIOS
 from twolink.simulation.smooth.judging import truncation
@@ -64,11 +60,11 @@ def true_error(run, exact):
 
 def assert_bounded(found, exact):
     """Return whether the errors are known; they must be bounded then."""
-    if found.growth is None or not found.is_linear:
+    if found.bounds is None:
         return False
-    first = error_of_first(found.estimate, found.growth) + 1e-14
-    assert true_error(found.first, exact) <= first
-    assert true_error(found.second, exact) <= error_of_second(found.distance, first)
+    first, second = found.bounds
+    assert true_error(found.first, exact) <= first + 1e-14
+    assert true_error(found.second, exact) <= second + 1e-14
     return True
 
 
@@ -118,6 +114,21 @@ def test_the_error_of_the_second_lane_is_its_distance_from_the_first():
     assert true_error(found.first, exact) < true / 50
 
 
+def test_an_error_that_decays_at_once_is_bounded_where_steps_end():
+    """Between two ends of steps, where lanes are compared, it is a part of that at the ends."""
+    chain = Chain.uniform_bars((1.0, 1.07), (1.0, 0.42))
+    control = PdControl((0.5, -1.0), (2873.0, 150.0), (5.0, 18.0))
+    stiff = Scene(chain, (1.0, -0.5), (0.0, 0.0), 1.0, (Gravity(), control))
+    found = lanes_of(stiff, 15, 90.0)
+    run = found.second
+    ends = np.array([0.0, *run.ends[: run.steps]])
+    times = np.unique([*ends, *(ends[:-1] + 0.98 * np.diff(ends))])
+    q, u = run.dense()(times)
+    exact = taylor_run(stiff, times, formulation="kane", precision="long double")
+    true = np.abs(np.concatenate([q - exact.q, u - exact.u])).max()
+    assert 1.5 * found.distance + 10 * found.estimate < true <= found.bounds.second
+
+
 def test_the_growth_is_that_of_a_truncation_error():
     found = lanes_of(CALM)
     grown = found.grown_at(times_of(CALM))
@@ -161,9 +172,17 @@ def test_a_fast_turn_is_resolved_by_more_times():
 @pytest.mark.parametrize("scene", [CALM, WHIP])
 def test_lanes_are_compared_in_each_step_of_the_last_one(scene):
     found = lanes_of(scene, visit=lanes_of(scene).places)
+    assert found.is_resolved
     ends = np.array([0.0, *found.found.ends[-1, : found.found.steps[-1]]])
     for begin, end in pairwise(ends):
         assert np.any((found.grid > begin) & (found.grid <= end))
+
+
+def test_places_of_a_bundle_serve_a_finer_one():
+    coarse = lanes_of(WHIP, 15, 300.0)
+    finer = lanes_of(WHIP, 15, 30.0, coarse.places)
+    assert finer.found.steps[-1] > 1.1 * coarse.found.steps[-1]
+    assert len(finer.places) < len(coarse.places) / 10
 
 
 def test_comparison_at_more_times_leaves_the_motion_as_it_is():

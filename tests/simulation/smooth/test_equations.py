@@ -8,6 +8,7 @@ from twolink import lagrange
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.motor_inertia import MotorInertia
 from twolink.simulation.smooth.equations import EQUATIONS
 
 GENERAL = Chain((1.3, 0.8), (1.1, 0.7), ((0.6, 0.1), (0.3, -0.08)), (0.12, 0.03))
@@ -72,3 +73,17 @@ def test_constant_torques_add_up_in_the_precision_of_the_chain(name):
         sum1 = mpmath.mpf(-23.0) - mpmath.mpf(0.88) + mpmath.mpf(0.1) - mpmath.mpf(0.2)
         (M11, M12), _ = lagrange.mass_matrix(chain, (zero, zero))
         assert abs(M11 * du[0] + M12 * du[1] - sum1) < 1e-45
+
+
+@pytest.mark.parametrize("rotors", [False, True])
+def test_the_largest_speed_of_momenta_of_size_1_is_bounded(rotors, random):
+    chain = Chain((1.3, 0.02), (1.1, 0.7), ((0.6, 0.1), (0.3, -0.2)), (0.12, 0.003))
+    if rotors:
+        chain = MotorInertia((0.1, 0.02), (10.0, -20.0)).with_rotors(chain)
+    bound = EQUATIONS["momenta"].largest_speed(chain)
+    seen = 0.0
+    for q in random.uniform(-3, 3, (500, 2)):
+        inverse = np.linalg.inv(np.array(lagrange.mass_matrix(chain, tuple(q)), float))
+        seen = max(seen, np.abs(inverse).sum(axis=1).max())
+    assert 0.8 * bound < seen < bound
+    assert EQUATIONS["lagrange"].largest_speed(chain) == 1.0

@@ -61,15 +61,31 @@ class BundlePlan(NamedTuple):
     order: int
     size: float
 
+    @property
+    def of_step(self) -> float:
+        """The most that a step of the first lane misses a variable by.
 
-def error_of_first(estimate: float, growth: float) -> float:
-    """Return the bound on the error of the first lane of a bundle, from its estimate and growth."""
-    return _MARGIN * estimate + _ROUND_OFF * growth
+        The first term that its series omits is less than half of the last one, and so on.
+        """
+        return self.size * math.exp(-2 * self.order)
 
 
-def error_of_second(distance: float, first: float) -> float:
-    """Return the bound on the error of the second lane, from its distance and the first's bound."""
-    return _BETWEEN * distance + first
+class Bounds(NamedTuple):
+    """Bounds on the errors (rad, rad/s) of the first and of the second lane of a bundle."""
+
+    first: float
+    second: float
+
+
+def bounds(estimate: float, distance: float, growth: float, of_step: float) -> Bounds:
+    """Return the bounds on the errors of two lanes.
+
+    `estimate` is the estimated error of the first one, and `distance` that of the second from it;
+    `growth` is that of errors. A step of the first lane misses q or u by `of_step`: that is all the
+    error where damping ends it soon, and it is largest where steps end.
+    """
+    first = _MARGIN * estimate + _ROUND_OFF * growth + of_step
+    return Bounds(first, _BETWEEN * distance + float(RATIOS[1]) * of_step + first)
 
 
 def growth_of(estimate: Any, truncated: float) -> Any:
@@ -81,27 +97,39 @@ def growth_of(estimate: Any, truncated: float) -> Any:
     return estimate / (_ESTIMATED * truncated)
 
 
+class Known(NamedTuple):
+    """A motion as a bundle shows it.
+
+    `growth` is the error of a run with a truncation error of 1 on each step, None if it is not
+    known, and `largest` the largest variable, at least 1.
+    """
+
+    growth: float | None
+    largest: float
+
+
 def bundle_plan(
-    accuracy: float, growth: float | None, scene: Scene, largest: float | None
+    accuracy: float, scene: Scene, largest_speed: float, known: Known | None = None
 ) -> BundlePlan | None:
     """Return the cheapest bundle that is expected to have an accuracy (rad, rad/s).
 
-    `growth` is the error of a run with a truncation error of 1 on each step, and `largest` the
-    largest variable of the motion, at least 1, where they are known. None if round-off leaves no
-    room for it.
+    Variables of size 1 have the `largest_speed` (rad/s). None if round-off leaves no room for it.
     """
+    growth = None if known is None else known.growth
     expected = _GROWTH if growth is None else _CAUTION * growth
     room = accuracy - _ROUND_OFF * (growth or 0.0)
     if not room > 0:
         return None
-    state = largest or max(1.0, *map(abs, (*scene.q, *scene.u)))
-    least = _LARGER_THAN_START if largest is None else _LARGER_THAN_MOTION
+    state = max(1.0, *map(abs, (*scene.q, *scene.u))) if known is None else known.largest
+    least = _LARGER_THAN_START if known is None else _LARGER_THAN_MOTION
+    # A step and the growth of its error have their parts.
+    of_step = math.exp(2) * max(1.0, largest_speed) * state
     # For the second lane, or at least for the first.
-    for factor in (_BETWEEN * float(RATIOS[1]) + _MARGIN, _MARGIN):
-        of_state = room / (factor * _ESTIMATED * expected)
-        order = max(order_for(of_state / least), _LOWEST_ORDER)
+    for ratio, of_distance in ((float(RATIOS[1]), _BETWEEN), (1.0, 0.0)):
+        factor = (of_distance * ratio + _MARGIN) * _ESTIMATED * expected + ratio * of_step
+        order = max(order_for(room / factor / least), _LOWEST_ORDER)
         if order <= _HIGHEST_ORDER:
-            return BundlePlan(order, state * _part(order, of_state, least))
+            return BundlePlan(order, state * _part(order, room / factor, least))
     return BundlePlan(_ORDER_FOR_GROWTH, state * least) if growth is None else None
 
 

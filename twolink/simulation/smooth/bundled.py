@@ -22,14 +22,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, Lane
-from twolink.simulation.smooth.bundle_plan import BundlePlan, growth_of
+from twolink.simulation.smooth.bundle_plan import Bounds, BundlePlan, Known, bounds, growth_of
 from twolink.simulation.smooth.bundles import RATIOS, Bundle, Followed
+from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.lane_run import LaneRun, bundle_of, of_lane
 from twolink.simulation.smooth.visited import largest_until
@@ -42,11 +44,6 @@ _LEAST_PART = 0.25
 # The largest distance of two lanes over which errors grow in proportion: of angles (rad), and of
 # speeds as a part of the largest speed, or of 1 rad/s.
 _LINEAR = 0.1
-
-# The most steps of the last lane, which are the longest, between two times of comparison. Each is
-# less than 0.4 of the radius of convergence of the series, and an error changes little within half
-# of it.
-_STEPS_BETWEEN = 3
 
 # Even times of comparison, at least, and in each time in which the motion changes at its start.
 _COMPARED, _IN_A_LONGEST_STEP = 128, 8
@@ -136,6 +133,20 @@ class Bundled:
         return np.asarray(growth_of(estimates, size * truncation(self.plan.order)))
 
     @property
+    def bounds(self) -> Bounds | None:
+        """The bounds on the errors of the first two lanes; None if they are unknown."""
+        if self.growth is None or not self.is_linear:
+            return None
+        speed = EQUATIONS[self.compiled.formulation].largest_speed(self.scene.moving_chain)
+        of_step = max(1.0, speed) * self.plan.of_step
+        return bounds(self.estimate, self.distance, self.growth, of_step)
+
+    @property
+    def known(self) -> Known:
+        """The motion as this bundle shows it."""
+        return Known(self.growth, self.largest)
+
+    @property
     def is_linear(self) -> bool:
         """Whether the errors of all lanes are so small that they grow in proportion."""
         fastest = max(1.0, float(np.abs(self.found.motions[0, 2:]).max()))
@@ -144,21 +155,28 @@ class Bundled:
 
     @property
     def is_resolved(self) -> bool:
-        """Whether the lanes are compared so often that the error has no peaks between."""
-        return not self._unseen(_STEPS_BETWEEN).size
+        """Whether the lanes are compared in each step of the last one, which are the longest."""
+        return not self._unseen.any()
 
     @property
     def places(self) -> Array:
-        """Times (s) at which lanes are to be compared to be so in each step of the last one."""
-        return self._unseen(1)
+        """Times (s) at which lanes are to be compared as well: the ends of unseen steps, and more.
 
-    def _unseen(self, steps: int) -> Array:
-        """Return the ends (s) of steps of the last lane before which so many have no comparison."""
-        ends = np.concatenate([[0.0], self.found.ends[-1]])
-        known = np.searchsorted(self.grid, ends, side="right")
-        # A lane that has arrived waits.
-        missing = (known[steps:] == known[:-steps]) & (ends[steps:] < ends[-1])
-        return ends[steps:][missing]
+        A finer bundle, whose steps are up to half as long, is compared in most of its own.
+        """
+        begins, ends = self._steps[:-1][self._unseen], self._steps[1:][self._unseen]
+        return np.sort(np.concatenate([(begins + ends) / 2, ends]))
+
+    @cached_property
+    def _steps(self) -> Array:
+        """The boundaries (s) of the steps of the last lane."""
+        return np.concatenate([[0.0], self.found.ends[-1, : self.found.steps[-1]]])
+
+    @cached_property
+    def _unseen(self) -> Any:
+        """Which steps of the last lane have no time of comparison, shape (m,)."""
+        known = np.searchsorted(self.grid, self._steps, side="right")
+        return known[1:] == known[:-1]
 
 
 def bundled(

@@ -8,6 +8,7 @@ expressions give compiled code, floats or arrays give values.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -25,6 +26,7 @@ from twolink.loads import Loads, Torque
 from twolink.names import EQUATIONS_NAMES, EquationsName, FormulationName
 from twolink.optional import heyoka
 from twolink.text import choice
+from twolink.values import Content
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,10 @@ class SpeedEquations:
     def sizes_of_speeds(self, chain: Chain, q: Any, sizes: Any) -> Any:
         """Return sizes (rad/s) of u from those of the variables: the same."""
         return sizes
+
+    def largest_speed(self, chain: Chain) -> float:
+        """Return the largest speed (rad/s) of variables of size 1: 1."""
+        return 1.0
 
     def by_forces(self, chain: Chain, q: Any, forces: Any) -> Any:
         """Return the part of du/dt (rad/s²) by generalized forces (N m)."""
@@ -109,6 +115,10 @@ class MomentumEquations:
         """Return sizes (rad/s) of u from those of p (kg m²/s): |M⁻¹| |p|."""
         return _sizes_of_speeds(_sizes_of_mass(chain, q), sizes)
 
+    def largest_speed(self, chain: Chain) -> float:
+        """Return the largest speed (rad/s) of variables of size 1, in any pose."""
+        return largest_inverse(Content((chain,)))
+
     def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:
         """Return the sizes (kg m²/s) whose relative rounding is that of `from_speeds`: |M| |u|."""
         return _sizes_of_momenta(_sizes_of_mass(chain, q), u)
@@ -117,6 +127,9 @@ class MomentumEquations:
         """Return the part of dp/dt (N m) by generalized forces: themselves."""
         return forces
 
+
+# Poses in which the mass matrix is looked at, and a factor for those between.
+_POSES, _BETWEEN_POSES = 65, 1.1
 
 _Mass = tuple[Scalar, Scalar, Scalar, Scalar]
 
@@ -162,18 +175,14 @@ def mass(chain: Chain, q: Pair, both: Pair) -> _Mass:
     return link1 + carried, ahead, M22, link1 * M22 + carried * chain.I_C2 + across * across
 
 
-def largest_inverse(chain: Chain) -> float:
-    """Return a bound on the row sums of |M⁻¹| (1/(kg m²)) in all poses of a chain of floats.
-
-    It is infinite for a chain with rotors, and where M may be singular.
-    """
-    _, a, b = chain.C2
-    link1, M22 = lagrange.pivot_inertia(chain), lagrange.elbow_inertia(chain)
-    carried, across = chain.m2 * chain.L1 * chain.L1, chain.m2 * chain.L1 * math.hypot(a, b)
-    least = link1 * M22 + carried * chain.I_C2
-    if chain.rotors or not least > 0:
-        return math.inf
-    return float((max(link1 + carried, M22) + across) / least)
+@functools.lru_cache(maxsize=64)
+def largest_inverse(chain: Content) -> float:
+    """Return a bound on the row sums of |M⁻¹| (1/(kg m²)) in all poses of a chain."""
+    (given,) = chain.objects
+    # M depends on the angle between the links, and little from one of these to the next.
+    elbow = np.linspace(0.0, 2 * math.pi, _POSES)
+    M11, M12, M22, det = _sizes_of_mass(given.convert(float), (np.zeros_like(elbow), elbow))
+    return float(_BETWEEN_POSES * ((np.maximum(M11, M22) + M12) / np.abs(det)).max())
 
 
 def ahead_and_across(chain: Chain, q: Pair) -> Pair:

@@ -47,9 +47,10 @@ from twolink.scene import Scene
 from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.shortened import UnseenError
-from twolink.simulation.smooth.bundle_plan import bundle_plan, error_of_first, error_of_second
+from twolink.simulation.smooth.bundle_plan import bundle_plan
 from twolink.simulation.smooth.bundled import Bundled
 from twolink.simulation.smooth.corrected import corrected_run
+from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
     MARGIN_OF_LIKE_PRECISIONS,
@@ -181,14 +182,16 @@ class _Search:
 
     def _bundled(self) -> Iterator[Measured]:
         """Yield the lane of a bundle that has the accuracy, if double precision gives it."""
-        plan = bundle_plan(self.accuracy, None, self.runs.scene, None)
+        scene = self.runs.scene
+        speed = EQUATIONS[self.runs.formulation].largest_speed(scene.moving_chain)
+        plan = bundle_plan(self.accuracy, scene, speed)
         for _ in range(_BUNDLES):
             found = None if plan is None else self.runs.bundle(plan)
             if found is None:
                 return
             measured = self._of_bundle(found)
             if measured is None:
-                plan = bundle_plan(self.accuracy, found.growth, self.runs.scene, found.largest)
+                plan = bundle_plan(self.accuracy, scene, speed, found.known)
             elif found.is_resolved:
                 yield measured
                 return
@@ -203,14 +206,13 @@ class _Search:
             return None
         grown = found.grown_at(self.runs.times)
         self.prediction = self.prediction.learned(grown)
-        first = error_of_first(found.estimate, found.growth)
-        if first > self.accuracy or not found.is_linear:
+        bounds = found.bounds
+        if bounds is None or bounds.first > self.accuracy:
             return None
         # The first lane has the more steps.
-        first += float(self._shared(found.first, grown).max())
-        second = error_of_second(found.distance, first)
-        for kept, error in ((found.second, second), (found.first, first)):
-            measured = self._of(kept, np.full(len(self.runs.times), error))
+        shared = float(self._shared(found.first, grown).max())
+        for kept, bound in ((found.second, bounds.second), (found.first, bounds.first)):
+            measured = self._of(kept, np.full(len(self.runs.times), bound + shared))
             if measured.worst <= self.accuracy:
                 return measured
         return None

@@ -16,7 +16,7 @@ from twolink.effects import is_built_in
 from twolink.integration.precisions import PRECISIONS
 from twolink.names import EquationsName
 from twolink.simulation.run import Array
-from twolink.simulation.smooth.equations import EQUATIONS, largest_inverse
+from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.load_sizes import ForceSizes, force_sizes
 from twolink.simulation.smooth.visited import VisitingRun, visited_by
 
@@ -120,7 +120,7 @@ class LoadsAlong:
     def _most(self) -> float:
         """A bound on the roundings of the state per time (1/s), of speeds and of momenta."""
         largest = float((self.forces.excess + self.forces.spread).max(initial=0.0))
-        return largest * max(1.0, largest_inverse(self.run.scene.moving_chain.convert(float)))
+        return largest * max(1.0, EQUATIONS["momenta"].largest_speed(self.run.scene.moving_chain))
 
     def _rates(self, formulation: EquationsName) -> tuple[Array, float]:
         """Return the roundings of the state per time (1/s), (n,), and its size, at least 1.
