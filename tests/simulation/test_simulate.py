@@ -249,7 +249,7 @@ def cheapest(scene, times, accuracy, exact) -> int:
 
 @pytest.mark.slow
 def test_the_cost_is_near_that_of_the_cheapest_setting(random):
-    """In terms of series computed, in all four lanes: within 14 times it, nearly always within 9."""
+    """In terms of series computed, in four lanes: within 14 times it, nearly always within 9."""
     ratios = []
     for number in range(40):
         chain, effects = CASES[number % len(CASES)]
