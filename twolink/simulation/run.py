@@ -109,11 +109,6 @@ class MotionRun(ABC):
         return math.inf
 
     @property
-    def lanes(self) -> int:
-        """The number of motions that were integrated side by side."""
-        return 1
-
-    @property
     def evaluations(self) -> int:
         """The evaluated terms of the series."""
         return self.steps * self.order * self.operations

@@ -335,7 +335,7 @@ def _trajectory(
     statistics = Statistics(
         steps=kept.steps,
         evaluations=sum(run.evaluations for run in runs),
-        runs=sum(run.lanes for run in runs),
+        runs=len(runs),
         compile_seconds=spent.compiling,
         run_seconds=spent.running,
     )
