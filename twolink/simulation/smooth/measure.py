@@ -185,6 +185,9 @@ class _Search:
         scene = self.runs.scene
         speed = EQUATIONS[self.runs.formulation].largest_speed(scene.moving_chain)
         plan = bundle_plan(self.accuracy, scene, speed)
+        if plan is not None and plan.order >= PRECISIONS["double"].truncated_order:
+            # Near round-off, a run may have to be measured by its defect.
+            self.runs.expect_errors()
         for _ in range(_BUNDLES):
             found = None if plan is None else self.runs.bundle(plan)
             if found is None:
@@ -290,6 +293,7 @@ class _Search:
         """Return a new run and its errors, with steps over which errors are carried."""
         for _ in range(_SHORTENINGS):
             self.runs.expect(precision, order)
+            self.compile_seconds += self.runs.wait_for_errors()
             errors = StepErrors(self.runs.scene, self.runs.formulation, precision, evaluated_in)
             self.compile_seconds += errors.compile_seconds
             kept = self.runs.new(precision, order, errors)

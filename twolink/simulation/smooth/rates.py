@@ -12,6 +12,8 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import EquationsName
 from twolink.optional import heyoka
 from twolink.scene import Scene
+from twolink.simulation.compilation_thread import CompilationThread
+from twolink.simulation.memo import Memo
 from twolink.simulation.smooth.equations import expressions_of
 from twolink.values import Content
 
@@ -33,17 +35,36 @@ def rates_of(
 
     In double precision their derivatives are computed as well, unless they are wanted `alone`.
     """
-    chain, effects = Content((scene.moving_chain,)), Content(scene.effects)
     derived = precision == "double" and not alone
-    function = _compiled(chain, effects, formulation, precision, derived)
+    function = _COMPILED(*_key(scene, formulation, precision, derived))
     return lambda states, t: _at(function, states, t)[:4].reshape(states.shape)
 
 
 def jacobians_of(scene: Scene, formulation: EquationsName) -> Jacobians:
     """Return the derivatives of the rates of a scene's variables by these, in float64."""
-    chain, effects = Content((scene.moving_chain,)), Content(scene.effects)
-    function = _compiled(chain, effects, formulation, "double", True)
+    function = _COMPILED(*_key(scene, formulation, "double", True))
     return lambda states, t: _at(function, states, t)[4:].reshape(4, *states.shape)
+
+
+def compile_jacobians_ahead(
+    thread: CompilationThread, scene: Scene, formulation: EquationsName
+) -> None:
+    """Compile the derivatives of the rates of a scene in a thread, unless they are there."""
+    key = _key(scene, formulation, "double", True)
+    if key not in _COMPILED and key[1].is_value:
+        thread.request(key, functools.partial(_COMPILED, *key))
+
+
+def wait_for_jacobians(thread: CompilationThread, scene: Scene, formulation: EquationsName) -> None:
+    """Wait until a thread has compiled the derivatives, if it is to."""
+    thread.wait(_key(scene, formulation, "double", True))
+
+
+def _key(
+    scene: Scene, formulation: EquationsName, precision: PrecisionName, derived: bool
+) -> tuple[Any, ...]:
+    chain, effects = Content((scene.moving_chain,)), Content(scene.effects)
+    return chain, effects, formulation, precision, derived
 
 
 def _at(function: Any, states: Any, t: Any) -> Any:
@@ -53,15 +74,14 @@ def _at(function: Any, states: Any, t: Any) -> Any:
     return function(flat, time=moments, batch_parallel=False)
 
 
-@functools.lru_cache(maxsize=64)
-def _compiled(
+def _compile(
     chain: Content,
     effects: Content,
     formulation: EquationsName,
     precision: PrecisionName,
     derived: bool,
 ) -> Any:
-    """Return code for the rates, cached for scenes that differ only in their start.
+    """Return code for the rates, for scenes that differ only in their start.
 
     It computes their derivatives as well if they are `derived`: one compilation takes half as long
     as two.
@@ -75,6 +95,9 @@ def _compiled(
         tensors = hy.diff_tensors(every, diff_args=list(variables), diff_order=1)
         every += tensors.jacobian.ravel().tolist()
     return hy.cfunc(every, variables, fp_type=number, opt_level=_LEVELS[precision])
+
+
+_COMPILED = Memo(_compile, 64)
 
 
 def of_differences(q1: Any, q2: Any) -> dict[Any, Any]:

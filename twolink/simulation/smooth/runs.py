@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from time import perf_counter
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from twolink.simulation.smooth.bundle_plan import BundlePlan
 from twolink.simulation.smooth.bundled import Bundled, bundled, can_be_compared
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.integrators import compile_ahead
+from twolink.simulation.smooth.rates import compile_jacobians_ahead, wait_for_jacobians
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.steps import Observer, Steps
 from twolink.simulation.smooth.taylor import TaylorRun, taylor_run
@@ -119,6 +121,16 @@ class Runs:
     def expect(self, precision: PrecisionName, order: int) -> None:
         """Compile the integrators of a later run ahead of it."""
         compile_ahead(self.ahead, self.scene, self.formulation, precision, order)
+
+    def expect_errors(self) -> None:
+        """Compile the code for the errors of a later run ahead of it."""
+        compile_jacobians_ahead(self.ahead, self.scene, self.formulation)
+
+    def wait_for_errors(self) -> float:
+        """Wait for what `expect_errors` compiles, and return the time (s) of it."""
+        begun = perf_counter()
+        wait_for_jacobians(self.ahead, self.scene, self.formulation)
+        return perf_counter() - begun
 
     def run(self, precision: PrecisionName, order: int) -> TaylorRun:
         """Return the run of a precision and an order."""
