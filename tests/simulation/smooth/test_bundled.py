@@ -154,6 +154,8 @@ def test_errors_that_are_too_large_to_grow_in_proportion_bound_nothing():
     coarse = lanes_of(CALM, 9, 200.0)
     assert coarse.growth is not None
     assert not coarse.is_linear
+    assert coarse.bounds is None
+    assert coarse.known.growth == 30 * coarse.growth
     assert lanes_of(CALM, 15).is_linear
 
 
@@ -176,6 +178,18 @@ def test_lanes_are_compared_in_each_step_of_the_last_one(scene):
     ends = np.array([0.0, *found.found.ends[-1, : found.found.steps[-1]]])
     for begin, end in pairwise(ends):
         assert np.any((found.grid > begin) & (found.grid <= end))
+
+
+def test_a_long_motion_is_resolved():
+    """Lanes wait for each other at the ends of its parts, and so have equal times there."""
+    chain = Chain.uniform_bars()
+    long = Scene(chain, (1.5, 1.4), (0.1, 0.0), 700.0, GRAVITY)
+    assert long.duration > 2 * 500 * default_longest_step(long)
+    found = lanes_of(long, 15, 30.0)
+    again = lanes_of(long, 15, 30.0, found.places)
+    assert again.is_resolved
+    repeated = np.diff(again.found.ends[-1]) == 0
+    assert np.count_nonzero(repeated) > 2
 
 
 def test_places_of_a_bundle_serve_a_finer_one():

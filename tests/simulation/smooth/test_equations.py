@@ -1,5 +1,7 @@
 """The variables of the equations of motion, and the size of the round-off of their speeds."""
 
+import math
+
 import mpmath
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.round_off import A_VALUE
 
 GENERAL = Chain((1.3, 0.8), (1.1, 0.7), ((0.6, 0.1), (0.3, -0.08)), (0.12, 0.03))
 LIGHT_ON_HEAVY = Chain.uniform_bars((0.05, 20.0), (1.0, 0.3))
@@ -39,12 +42,20 @@ def test_all_variables_describe_one_motion(name):
     np.testing.assert_allclose((ahead - behind) / (2 * h), kane[1], rtol=1e-8)
 
 
+def rounded_mass(chain, q):
+    """Return the sizes of M with that of M12 where the angle between the links is rounded."""
+    mass = np.abs(np.array(lagrange.mass_matrix(chain, tuple(q)), float))
+    _, a, b = chain.C2
+    across = chain.m2 * chain.L1 * math.hypot(a, b) * abs(q[1] - q[0])
+    return mass + across * np.array([[0, 1], [1, 0]])
+
+
 @pytest.mark.parametrize("chain", [GENERAL, LIGHT_ON_HEAVY])
 def test_the_rounding_of_speeds_of_momenta_is_that_of_all_terms(chain):
     sizes = EQUATIONS["momenta"].rounded_speeds(chain, Q, U)
     for k, (q, u) in enumerate(zip(Q.T, U.T, strict=True)):
         mass = np.array(lagrange.mass_matrix(chain, tuple(q)), float)
-        expected = np.abs(np.linalg.inv(mass)) @ np.abs(mass) @ np.abs(u)
+        expected = np.abs(np.linalg.inv(mass)) @ rounded_mass(chain, q) @ np.abs(u)
         np.testing.assert_allclose(sizes[:, k], expected, rtol=1e-9)
 
 
@@ -52,8 +63,24 @@ def test_the_rounding_of_speeds_of_momenta_is_that_of_all_terms(chain):
 def test_the_rounding_of_momenta_is_that_of_all_terms(chain):
     sizes = EQUATIONS["momenta"].rounded_starts(chain, Q, U)
     for k, (q, u) in enumerate(zip(Q.T, U.T, strict=True)):
-        mass = np.array(lagrange.mass_matrix(chain, tuple(q)), float)
-        np.testing.assert_allclose(sizes[:, k], np.abs(mass) @ np.abs(u), rtol=1e-12)
+        np.testing.assert_allclose(sizes[:, k], rounded_mass(chain, q) @ np.abs(u), rtol=1e-12)
+
+
+def test_the_rounding_of_speeds_is_bounded_where_the_links_are_across(random):
+    """M12 is small there, and has the rounding of a large difference of angles."""
+    chain, equations = Chain.uniform_bars((1.0, 1.4), (1.0, 0.1)), EQUATIONS["momenta"]
+    q = np.array([[0.0], [1.5 * math.pi]]) + random.normal(size=(2, 500)) * [[1.0], [0.0]]
+    q[1] = q[0] + 1.5 * math.pi + 1e-4 * random.normal(size=500)
+    u = random.normal(size=(2, 500)) * [[30.0], [3.0]]
+    p = np.array(equations.from_speeds(chain, tuple(q), tuple(u)))
+    back = np.array(equations.to_speeds(chain, tuple(q), tuple(p)))
+    longer = chain.convert(np.longdouble)
+    exact = equations.to_speeds(longer, *(tuple(x.astype(np.longdouble)) for x in (q, p)))
+    missed = np.abs(back - np.array(exact)).astype(float).max()
+    roundings = np.finfo(float).eps * equations.rounded_speeds(chain, q, u).max()
+    assert 0.05 * roundings < missed < A_VALUE * roundings
+    of_values = np.finfo(float).eps * np.abs(u).max()
+    assert missed > 5 * A_VALUE * of_values
 
 
 def test_the_rounding_of_speeds_that_are_variables_is_their_own():

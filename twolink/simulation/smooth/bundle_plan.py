@@ -84,7 +84,8 @@ def bounds(estimate: float, distance: float, growth: float, of_step: float) -> B
     `growth` is that of errors. A step of the first lane misses q or u by `of_step`: that is all the
     error where damping ends it soon, and it is largest where steps end.
     """
-    first = _MARGIN * estimate + _ROUND_OFF * growth + of_step
+    # Steps that are shorter than those of the order, at the cap, show too little growth.
+    first = _MARGIN * estimate + _ROUND_OFF * max(1.0, growth) + of_step
     return Bounds(first, _BETWEEN * distance + float(RATIOS[1]) * of_step + first)
 
 

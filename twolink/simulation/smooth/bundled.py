@@ -45,6 +45,9 @@ _LEAST_PART = 0.25
 # speeds as a part of the largest speed, or of 1 rad/s.
 _LINEAR = 0.1
 
+# A factor on the growth that errors show which are too large to grow in proportion.
+_SATURATED = 30.0
+
 # Even times of comparison, at least, and in each time in which the motion changes at its start.
 _COMPARED, _IN_A_LONGEST_STEP = 128, 8
 
@@ -144,7 +147,11 @@ class Bundled:
     @property
     def known(self) -> Known:
         """The motion as this bundle shows it."""
-        return Known(self.growth, self.largest)
+        growth = self.growth
+        if growth is not None and not self.is_linear:
+            # Distances end at the size of the motion.
+            growth *= _SATURATED
+        return Known(growth, self.largest)
 
     @property
     def is_linear(self) -> bool:
@@ -170,7 +177,7 @@ class Bundled:
     @cached_property
     def _steps(self) -> Array:
         """The boundaries (s) of the steps of the last lane."""
-        return np.concatenate([[0.0], self.found.ends[-1, : self.found.steps[-1]]])
+        return np.asarray(merged([0.0], self.found.ends[-1]))
 
     @cached_property
     def _unseen(self) -> Any:

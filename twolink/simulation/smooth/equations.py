@@ -109,7 +109,8 @@ class MomentumEquations:
         Each term of p = M u is rounded, and M⁻¹ enlarges that where M is ill-conditioned.
         """
         entries = _sizes_of_mass(chain, q)
-        return _sizes_of_speeds(entries, _sizes_of_momenta(entries, u))
+        rounded = _rounded_mass(chain, q, entries)
+        return _sizes_of_speeds(entries, _sizes_of_momenta(rounded, u))
 
     def sizes_of_speeds(self, chain: Chain, q: Any, sizes: Any) -> Any:
         """Return sizes (rad/s) of u from those of p (kg m²/s): |M⁻¹| |p|."""
@@ -121,7 +122,7 @@ class MomentumEquations:
 
     def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:
         """Return the sizes (kg m²/s) whose relative rounding is that of `from_speeds`: |M| |u|."""
-        return _sizes_of_momenta(_sizes_of_mass(chain, q), u)
+        return _sizes_of_momenta(_rounded_mass(chain, q, _sizes_of_mass(chain, q)), u)
 
     def by_forces(self, chain: Chain, q: Any, forces: Any) -> Any:
         """Return the part of dp/dt (N m) by generalized forces: themselves."""
@@ -145,6 +146,17 @@ def _sizes_of_mass(chain: Chain, q: Any) -> _Mass:
     """Return |M11|, |M12|, |M22| and det M."""
     M11, M12, M22, det = (np.abs(x) for x in mass(chain, q, ahead_and_across(chain, q)))
     return M11, M12, M22, det
+
+
+def _rounded_mass(chain: Chain, q: Any, sizes: _Mass) -> _Mass:
+    """Return the sizes whose relative rounding is that of M, from its own `sizes`.
+
+    M12 depends on a difference of angles, whose rounding counts also where M12 is small.
+    """
+    M11, M12, M22, det = sizes
+    _, a, b = chain.C2
+    across = np.abs(chain.m2 * chain.L1) * np.hypot(a, b)
+    return M11, M12 + across * np.abs(q[1] - q[0]), M22, det
 
 
 def _sizes_of_momenta(sizes: _Mass, u: Any) -> Any:
