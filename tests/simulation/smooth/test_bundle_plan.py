@@ -4,14 +4,18 @@ import math
 
 import pytest
 
-from twolink.chain import Chain
-from twolink.effects.gravity import Gravity
-from twolink.scene import Scene
-from twolink.simulation.smooth.bundle_plan import BundlePlan, Known, bounds, bundle_plan, growth_of
+from twolink.simulation.smooth.bundle_plan import (
+    BundlePlan,
+    Known,
+    Start,
+    bounds,
+    bundle_plan,
+    growth_of,
+)
 from twolink.simulation.smooth.bundles import RATIOS
 from twolink.simulation.smooth.judging import truncation
 
-SCENE = Scene(Chain.uniform_bars(), (0.3, -2.0), (0.1, 0.2), 10.0, (Gravity(),))
+START = Start(2.0, 1.0)
 
 
 def expected_estimate(plan, growth, largest):
@@ -23,7 +27,7 @@ def expected_estimate(plan, growth, largest):
 @pytest.mark.parametrize("digits", range(3, 11))
 def test_the_second_lane_is_expected_to_have_the_accuracy(digits):
     accuracy, growth = 10.0**-digits, 300.0
-    plan = bundle_plan(accuracy, SCENE, 1.0, Known(growth, 10.0))
+    plan = bundle_plan(accuracy, START, Known(growth, 10.0))
     estimate = expected_estimate(plan, growth, 10.0)
     found = bounds(estimate, RATIOS[1] * estimate, growth, plan.of_step)
     assert 0.02 * accuracy < found.second < 1.01 * accuracy
@@ -31,13 +35,13 @@ def test_the_second_lane_is_expected_to_have_the_accuracy(digits):
 
 
 def test_a_step_alone_has_the_accuracy_where_errors_do_not_grow():
-    plan = bundle_plan(1e-6, SCENE, 100.0, Known(1e-9, 10.0))
+    plan = bundle_plan(1e-6, START._replace(speed=100.0), Known(1e-9, 10.0))
     assert 0.01e-6 < RATIOS[1] * 100.0 * plan.of_step < 1e-6
 
 
 def test_a_finer_accuracy_takes_a_higher_order():
     known = Known(1e3, 10.0)
-    orders = [bundle_plan(10.0**-digits, SCENE, 1.0, known).order for digits in range(2, 11)]
+    orders = [bundle_plan(10.0**-digits, START, known).order for digits in range(2, 11)]
     assert orders == sorted(orders)
     assert len(set(orders)) > 3
 
@@ -46,34 +50,34 @@ def test_the_first_lane_is_to_have_an_accuracy_near_round_off():
     """Its bound is a fortieth of that of the second, whose order would be too high."""
     growth = 3e4
     near = 100 * growth * 2.0**-52
-    plan = bundle_plan(near, SCENE, 1.0, Known(growth, 10.0))
+    plan = bundle_plan(near, START, Known(growth, 10.0))
     estimate = expected_estimate(plan, growth, 10.0)
     found = bounds(estimate, RATIOS[1] * estimate, growth, plan.of_step)
     assert found.first < 1.01 * near < found.second
 
 
 def test_the_size_exceeds_the_variables():
-    assert bundle_plan(1e-6, SCENE, 1.0).size >= 8 * 2.0
-    assert bundle_plan(1e-6, SCENE, 1.0, Known(1e3, 300.0)).size >= 2 * 300.0
-    assert bundle_plan(1e-6, SCENE, 1.0, Known(None, 300.0)).size >= 2 * 300.0
+    assert bundle_plan(1e-6, START).size >= 8 * 2.0
+    assert bundle_plan(1e-6, START, Known(1e3, 300.0)).size >= 2 * 300.0
+    assert bundle_plan(1e-6, START, Known(None, 300.0)).size >= 2 * 300.0
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e3, math.inf])
 def test_steps_are_not_much_longer_than_those_of_the_order(accuracy):
     """The estimate is too small where steps come near to the radius of convergence."""
     for growth in (1.0, 1e3, 1e6):
-        plan = bundle_plan(accuracy, SCENE, 1.0, Known(growth, 10.0))
+        plan = bundle_plan(accuracy, START, Known(growth, 10.0))
         assert plan.size <= 10.0 * math.exp(0.3 * plan.order) + 1e-9
 
 
 def test_there_is_no_plan_where_round_off_leaves_no_room():
-    assert bundle_plan(1e-9, SCENE, 1.0, Known(1e6, 10.0)) is None
-    assert bundle_plan(5e-324, SCENE, 1.0, Known(1e3, 10.0)) is None
-    assert bundle_plan(1e-9, SCENE, 1.0, Known(1e2, 10.0)) is not None
+    assert bundle_plan(1e-9, START, Known(1e6, 10.0)) is None
+    assert bundle_plan(5e-324, START, Known(1e3, 10.0)) is None
+    assert bundle_plan(1e-9, START, Known(1e2, 10.0)) is not None
 
 
 def test_a_low_order_shows_the_growth_near_round_off():
-    assert bundle_plan(1e-14, SCENE, 1.0).order == 11
+    assert bundle_plan(1e-14, START).order == 11
 
 
 def test_the_bounds_have_margins_round_off_and_a_step():

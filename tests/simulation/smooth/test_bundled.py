@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from benchmarks.certainty import random_scene
+from twolink import lagrange
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.pd_control import PdControl
 from twolink.scene import Scene
 from twolink.simulation.smooth.bundle_plan import BundlePlan, growth_of
-from twolink.simulation.smooth.bundled import bundled, can_be_compared
+from twolink.simulation.smooth.bundled import bundled, can_be_compared, start_of
 from twolink.simulation.smooth.bundles import RATIOS
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.longest_step import default_longest_step
@@ -127,6 +128,25 @@ def test_an_error_that_decays_at_once_is_bounded_where_steps_end():
     exact = taylor_run(stiff, times, formulation="kane", precision="long double")
     true = np.abs(np.concatenate([q - exact.q, u - exact.u])).max()
     assert 1.5 * found.distance + 10 * found.estimate < true <= found.bounds.second
+
+
+def test_the_start_shows_the_largest_variable_and_the_speed_of_a_step():
+    heavy = replace(CALM, chain=Chain.uniform_bars((1e6, 1e6), (1.0, 1.0)), u=(2.0, 3.0))
+    start = start_of(heavy, "momenta", 0.3)
+    momenta = lagrange.momenta(heavy.chain, heavy.q, heavy.u)
+    assert start.largest == pytest.approx(np.abs(momenta).max())
+    assert start.speed < 1e-4
+    tiny = replace(CALM, chain=Chain.uniform_bars((1e-6, 1e-6), (1.0, 1.0)))
+    assert start_of(tiny, "momenta", 0.5).speed == 200.0
+    assert start_of(tiny, "lagrange", 0.5) == (1.0, 1.0)
+
+
+def test_motions_of_tiny_masses_are_known_as_well_as_others():
+    """Their momenta are small, and so are the errors of these."""
+    tiny = replace(CALM, chain=Chain.uniform_bars((1e-8, 1e-8), (1.0, 1.0)))
+    found, usual = lanes_of(tiny), lanes_of(CALM)
+    assert found.bounds.second < 10 * usual.bounds.second
+    assert_bounded(found, exact_of(tiny))
 
 
 def test_the_growth_is_that_of_a_truncation_error():

@@ -11,7 +11,6 @@ import math
 from typing import Any, NamedTuple
 
 from twolink.integration.precisions import PRECISIONS
-from twolink.scene import Scene
 from twolink.simulation.smooth.bundles import RATIOS
 from twolink.simulation.smooth.judging import order_for, truncation
 
@@ -109,22 +108,31 @@ class Known(NamedTuple):
     largest: float
 
 
-def bundle_plan(
-    accuracy: float, scene: Scene, largest_speed: float, known: Known | None = None
-) -> BundlePlan | None:
+class Start(NamedTuple):
+    """A motion as its start shows it.
+
+    `largest` is the largest variable at the start, at least 1, and `speed` the largest one (rad/s)
+    of a variable by which a step misses 1.
+    """
+
+    largest: float
+    speed: float
+
+
+def bundle_plan(accuracy: float, start: Start, known: Known | None = None) -> BundlePlan | None:
     """Return the cheapest bundle that is expected to have an accuracy (rad, rad/s).
 
-    Variables of size 1 have the `largest_speed` (rad/s). None if round-off leaves no room for it.
+    None if round-off leaves no room for it.
     """
     growth = None if known is None else known.growth
     expected = _GROWTH if growth is None else _CAUTION * growth
     room = accuracy - _ROUND_OFF * (growth or 0.0)
     if not room > 0:
         return None
-    state = max(1.0, *map(abs, (*scene.q, *scene.u))) if known is None else known.largest
+    state = start.largest if known is None else known.largest
     least = _LARGER_THAN_START if known is None else _LARGER_THAN_MOTION
     # A step and the growth of its error have their parts.
-    of_step = math.exp(2) * max(1.0, largest_speed) * state
+    of_step = math.exp(2) * max(1.0, start.speed) * state
     # For the second lane, or at least for the first.
     for ratio, of_distance in ((float(RATIOS[1]), _BETWEEN), (1.0, 0.0)):
         factor = (of_distance * ratio + _MARGIN) * _ESTIMATED * expected + ratio * of_step

@@ -29,7 +29,14 @@ import numpy as np
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, Lane
-from twolink.simulation.smooth.bundle_plan import Bounds, BundlePlan, Known, bounds, growth_of
+from twolink.simulation.smooth.bundle_plan import (
+    Bounds,
+    BundlePlan,
+    Known,
+    Start,
+    bounds,
+    growth_of,
+)
 from twolink.simulation.smooth.bundles import RATIOS, Bundle, Followed
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import truncation
@@ -47,6 +54,9 @@ _LINEAR = 0.1
 
 # A factor on the growth that errors show which are too large to grow in proportion.
 _SATURATED = 30.0
+
+# The order divided by the length of a step, in longest ones, in most motions.
+_OF_A_STEP = 100.0
 
 # Even times of comparison, at least, and in each time in which the motion changes at its start.
 _COMPARED, _IN_A_LONGEST_STEP = 128, 8
@@ -140,9 +150,21 @@ class Bundled:
         """The bounds on the errors of the first two lanes; None if they are unknown."""
         if self.growth is None or not self.is_linear:
             return None
-        speed = EQUATIONS[self.compiled.formulation].largest_speed(self.scene.moving_chain)
-        of_step = max(1.0, speed) * self.plan.of_step
-        return bounds(self.estimate, self.distance, self.growth, of_step)
+        return bounds(self.estimate, self.distance, self.growth, self._speed * self.plan.of_step)
+
+    @property
+    def _speed(self) -> float:
+        """The largest error of q or u by one of 1 in a variable, which a step misses.
+
+        Speeds are the derivatives of angles: a last term τ^p of those is p τ^(p-1) / h of speeds.
+        Small masses would make a larger one of momenta, whose last terms are small, too.
+        """
+        # The last step may be a part of one.
+        shortest = np.diff(self.found.ends[1, : self.found.steps[1]])[:-1].min(initial=math.inf)
+        by_momenta = EQUATIONS[self.compiled.formulation].largest_speed(self.scene.moving_chain)
+        if not shortest > 0:
+            return max(1.0, by_momenta)
+        return max(1.0, min(by_momenta, self.plan.order / float(shortest)))
 
     @property
     def known(self) -> Known:
@@ -210,6 +232,14 @@ def bundled(
     found = compiled.follow(scene, grid, plan.size, longest_step, progress)
     seconds = perf_counter() - begun, compile_seconds
     return Bundled(scene, times, plan, longest_step, grid, found, compiled, seconds)
+
+
+def start_of(scene: Scene, formulation: EquationsName, longest_step: float) -> Start:
+    """Return what the start of a motion shows, whose longest step (s) is known."""
+    chain, equations = scene.moving_chain.convert(float), EQUATIONS[formulation]
+    variables = *scene.q, *equations.from_speeds(chain, scene.q, scene.u)
+    speed = min(equations.largest_speed(scene.moving_chain), _OF_A_STEP / longest_step)
+    return Start(max(1.0, *(abs(float(x)) for x in variables)), speed)
 
 
 def can_be_compared(duration: float, longest_step: float, count: int) -> bool:

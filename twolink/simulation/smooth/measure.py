@@ -48,9 +48,8 @@ from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.shortened import UnseenError
 from twolink.simulation.smooth.bundle_plan import bundle_plan
-from twolink.simulation.smooth.bundled import Bundled
+from twolink.simulation.smooth.bundled import Bundled, start_of
 from twolink.simulation.smooth.corrected import corrected_run
-from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
     MARGIN_OF_LIKE_PRECISIONS,
@@ -182,9 +181,8 @@ class _Search:
 
     def _bundled(self) -> Iterator[Measured]:
         """Yield the lane of a bundle that has the accuracy, if double precision gives it."""
-        scene = self.runs.scene
-        speed = EQUATIONS[self.runs.formulation].largest_speed(scene.moving_chain)
-        plan = bundle_plan(self.accuracy, scene, speed)
+        start = start_of(self.runs.scene, self.runs.formulation, self.runs.longest_step)
+        plan = bundle_plan(self.accuracy, start)
         if plan is not None and plan.order >= PRECISIONS["double"].truncated_order:
             # Near round-off, a run may have to be measured by its defect.
             self.runs.expect_errors()
@@ -194,7 +192,7 @@ class _Search:
                 return
             measured = self._of_bundle(found)
             if measured is None:
-                plan = bundle_plan(self.accuracy, scene, speed, found.known)
+                plan = bundle_plan(self.accuracy, start, found.known)
             elif found.is_resolved:
                 yield measured
                 return
