@@ -111,8 +111,8 @@ class Known(NamedTuple):
 class Start(NamedTuple):
     """A motion as its start shows it.
 
-    `largest` is the largest variable at the start, at least 1, and `speed` the largest one (rad/s)
-    of a variable by which a step misses 1.
+    `largest` is the largest variable at the start, at least 1, and `speed` the error of q or u
+    (rad, rad/s) by one of 1 in a variable, which a step misses.
     """
 
     largest: float
@@ -132,7 +132,7 @@ def bundle_plan(accuracy: float, start: Start, known: Known | None = None) -> Bu
     state = start.largest if known is None else known.largest
     least = _LARGER_THAN_START if known is None else _LARGER_THAN_MOTION
     # A step and the growth of its error have their parts.
-    of_step = math.exp(2) * max(1.0, start.speed) * state
+    of_step = math.exp(2) * start.speed * state
     # For the second lane, or at least for the first.
     for ratio, of_distance in ((float(RATIOS[1]), _BETWEEN), (1.0, 0.0)):
         factor = (of_distance * ratio + _MARGIN) * _ESTIMATED * expected + ratio * of_step

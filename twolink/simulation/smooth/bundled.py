@@ -61,7 +61,10 @@ _OF_A_STEP = 100.0
 # Even times of comparison, at least, and in each time in which the motion changes at its start.
 _COMPARED, _IN_A_LONGEST_STEP = 128, 8
 
-# Even times of comparison, at most, and requested ones.
+# Even times of comparison, at most: more are where steps end, if a motion is as fast everywhere.
+_MOST_EVEN = 1024
+
+# Times of comparison, at most, which a motion as fast everywhere has, and requested ones.
 _MOST_COMPARED = 20_000
 
 
@@ -154,17 +157,13 @@ class Bundled:
 
     @property
     def _speed(self) -> float:
-        """The largest error of q or u by one of 1 in a variable, which a step misses.
-
-        Speeds are the derivatives of angles: a last term τ^p of those is p τ^(p-1) / h of speeds.
-        Small masses would make a larger one of momenta, whose last terms are small, too.
-        """
+        """The error of q or u (rad, rad/s) by one of 1 in a variable, which a step misses."""
         # The last step may be a part of one.
-        shortest = np.diff(self.found.ends[1, : self.found.steps[1]])[:-1].min(initial=math.inf)
-        by_momenta = EQUATIONS[self.compiled.formulation].largest_speed(self.scene.moving_chain)
-        if not shortest > 0:
-            return max(1.0, by_momenta)
-        return max(1.0, min(by_momenta, self.plan.order / float(shortest)))
+        lengths = np.diff(self.found.ends[1, : self.found.steps[1]])[:-1]
+        shortest = float(lengths[lengths > 0].min(initial=self.longest_step))
+        order, formulation = self.plan.order, self.compiled.formulation
+        rates = order / self.longest_step, order / shortest
+        return _of_variables(EQUATIONS[formulation].largest_speed(self.scene.moving_chain), rates)
 
     @property
     def known(self) -> Known:
@@ -227,18 +226,32 @@ def bundled(
     compiled = bundle_of(scene, formulation, plan.order)
     compile_seconds = perf_counter() - begun
     begun = perf_counter()
-    count = max(_COMPARED, math.ceil(_IN_A_LONGEST_STEP * scene.duration / longest_step))
+    even = math.ceil(_IN_A_LONGEST_STEP * scene.duration / longest_step)
+    count = min(max(_COMPARED, even), _MOST_EVEN)
     grid = merged(times, np.linspace(0.0, scene.duration, count + 1), visit)
     found = compiled.follow(scene, grid, plan.size, longest_step, progress)
     seconds = perf_counter() - begun, compile_seconds
     return Bundled(scene, times, plan, longest_step, grid, found, compiled, seconds)
 
 
+def _of_variables(by_momenta: float, rates: tuple[float, float]) -> float:
+    """Return the error of q or u by one of 1 in a variable, of a term that a series omits.
+
+    One of 1 in the second pair of variables is an error `by_momenta` of u. Speeds are the
+    derivatives of angles: a term τ^p of angles is one of p/h times τ^(p-1) in speeds, with the
+    smallest and the largest of these `rates` (1/s). So momenta of small masses, and angles beside
+    large momenta, miss less than the largest variable.
+    """
+    slowest, fastest = rates
+    return max(min(1.0, by_momenta / slowest), min(by_momenta, fastest))
+
+
 def start_of(scene: Scene, formulation: EquationsName, longest_step: float) -> Start:
     """Return what the start of a motion shows, whose longest step (s) is known."""
     chain, equations = scene.moving_chain.convert(float), EQUATIONS[formulation]
     variables = *scene.q, *equations.from_speeds(chain, scene.q, scene.u)
-    speed = min(equations.largest_speed(scene.moving_chain), _OF_A_STEP / longest_step)
+    by_momenta, rate = equations.largest_speed(scene.moving_chain), _OF_A_STEP / longest_step
+    speed = _of_variables(by_momenta, (rate, rate))
     return Start(max(1.0, *(abs(float(x)) for x in variables)), speed)
 
 
