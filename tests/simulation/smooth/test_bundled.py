@@ -249,6 +249,10 @@ def test_motions_are_compared_at_a_bounded_number_of_times(duration, count, poss
     assert can_be_compared(duration, 1.0, count) == possible
 
 
+def test_a_chain_that_stays_at_rest_has_no_error():
+    assert lanes_of(Scene(BARS, (0.3, 1.0), (0.0, 0.0), 10.0, ())).bounds == (0.0, 0.0)
+
+
 def test_a_short_motion_has_differences():
     short = lanes_of(replace(CALM, duration=1e-3), 9, 10.0)
     assert min(short.found.steps) >= 8

@@ -153,6 +153,9 @@ class Bundled:
         """The bounds on the errors of the first two lanes; None if they are unknown."""
         if self.growth is None or not self.is_linear:
             return None
+        if not np.ptp(self.found.motions[0], axis=1).any():
+            # A chain that stays at rest has no error beside the round-off of its place.
+            return Bounds(0.0, 0.0)
         return bounds(self.estimate, self.distance, self.growth, self._speed * self.plan.of_step)
 
     @property
