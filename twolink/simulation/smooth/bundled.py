@@ -52,6 +52,10 @@ _LEAST_PART = 0.25
 # speeds as a part of the largest speed, or of 1 rad/s.
 _LINEAR = 0.1
 
+# The steps of the last lane, which are the longest, without a comparison. Each is less than 0.4 of
+# the radius of convergence of the series, in half of which an error that grows changes little.
+_STEPS_BETWEEN = 2
+
 # A factor on the growth that errors show which are too large to grow in proportion.
 _SATURATED = 30.0
 
@@ -186,8 +190,8 @@ class Bundled:
 
     @property
     def is_resolved(self) -> bool:
-        """Whether the lanes are compared in each step of the last one, which are the longest."""
-        return not self._unseen.any()
+        """Whether the lanes are compared so often that the error has no peaks between."""
+        return not self._unseen(_STEPS_BETWEEN).any()
 
     @property
     def places(self) -> Array:
@@ -195,7 +199,8 @@ class Bundled:
 
         A finer bundle, whose steps are up to half as long, is compared in most of its own.
         """
-        begins, ends = self._steps[:-1][self._unseen], self._steps[1:][self._unseen]
+        unseen = self._unseen(1)
+        begins, ends = self._steps[:-1][unseen], self._steps[1:][unseen]
         return np.sort(np.concatenate([(begins + ends) / 2, ends]))
 
     @cached_property
@@ -203,11 +208,10 @@ class Bundled:
         """The boundaries (s) of the steps of the last lane."""
         return np.asarray(merged([0.0], self.found.ends[-1]))
 
-    @cached_property
-    def _unseen(self) -> Any:
-        """Which steps of the last lane have no time of comparison, shape (m,)."""
+    def _unseen(self, count: int) -> Any:
+        """Return whether so many steps of the last lane, from each on, have no comparison."""
         known = np.searchsorted(self.grid, self._steps, side="right")
-        return known[1:] == known[:-1]
+        return known[count:] == known[:-count]
 
 
 def bundled(
