@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 import os
 import subprocess
 import sys
@@ -30,7 +31,7 @@ from twolink.scene import Scene
 from twolink.simulation import Trajectory, simulate, storage
 from twolink.simulation.formats import COLUMNS, FORMATS, Arrays
 from twolink.simulation.hybrid.mode import Event, Mode
-from twolink.simulation.run import Recipe
+from twolink.simulation.run import Lane, Recipe
 from twolink.simulation.storage import About
 from twolink.simulation.trajectory import _Repeated
 
@@ -203,6 +204,11 @@ def test_dense_output_is_refused_if_the_repeated_run_is_another(tmp_path):
         Recipe(1, 0.1),
         Recipe(21, 1e-9),
         Recipe(21, -1.0),
+        Recipe(15, 0.1, lane=Lane(4, 40.0)),
+        Recipe(15, 0.1, lane=Lane(-1, 40.0)),
+        Recipe(15, 0.1, lane=Lane(1, 0.5)),
+        Recipe(15, 0.1, lane=Lane(1, math.inf)),
+        Recipe(15, 0.1, "double", lane=Lane(1, 40.0)),
     ],
 )
 def test_an_impossible_recipe_is_refused(recipe, tmp_path):
@@ -216,6 +222,23 @@ def test_defects_in_a_shorter_precision_than_the_run_are_refused(tmp_path):
     longer.save(tmp_path / "run.csv")
     with pytest.raises(SimulationError, match="recipe and its scene do not agree"):
         Trajectory.load(tmp_path / "run.csv")
+
+
+def test_a_lane_in_another_precision_is_refused(tmp_path):
+    longer = replace(smooth(), precision="quadruple", recipe=Recipe(15, 0.1, lane=Lane(1, 40.0)))
+    longer.save(tmp_path / "run.csv")
+    with pytest.raises(SimulationError, match="recipe and its scene do not agree"):
+        Trajectory.load(tmp_path / "run.csv")
+
+
+def test_a_lane_is_repeated_bit_by_bit(tmp_path):
+    kept = simulate(replace(SCENE, effects=(Gravity(),)), accuracy=1e-6, samples=11)
+    assert kept.recipe.lane is not None
+    kept.save(tmp_path / "run.npz")
+    times = np.linspace(kept.t[0], kept.t[-1], 77)
+    for ours, theirs in zip(kept.at(times), Trajectory.load(tmp_path / "run.npz").at(times),
+                            strict=True):  # fmt: skip
+        assert np.array_equal(ours, theirs)
 
 
 def test_an_archive_is_read_by_numpy(tmp_path):

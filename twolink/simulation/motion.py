@@ -72,11 +72,11 @@ def motion_run(
         from twolink.simulation.smooth.corrected import corrected_taylor_run
 
         return corrected_taylor_run(scene, times, evaluated_in=evaluated_in, **options)
-    if lane is not None and order is not None:
-        from twolink.simulation.smooth.lane_run import lane_run
+    if lane is not None:
+        from twolink.simulation.smooth.lane_run import lanes
 
         del options["precision"]
-        return lane_run(scene, times, lane=lane, **options)
+        return lanes(scene, times, size=lane.size, **options).run(lane.number, times)
     return taylor_run(scene, times, observe=observe, **options)
 
 

@@ -296,13 +296,14 @@ def _is_repeatable(about: About, recipe: Recipe, duration: float) -> bool:
         and recipe.evaluated_in in (None, *_not_shorter(about.precision))
         and 1 < recipe.order <= _LARGEST_ORDER
         and duration <= recipe.longest_step * _MOST_STEPS
-        and (recipe.lane is None or _is_lane(recipe.lane))
+        and (recipe.lane is None or _is_lane(about, recipe, recipe.lane))
     )
 
 
-def _is_lane(lane: Lane) -> bool:
-    """Return whether there is such a lane."""
-    return 0 <= lane.number < len(RATIOS) and 1 <= lane.size < math.inf
+def _is_lane(about: About, recipe: Recipe, lane: Lane) -> bool:
+    """Return whether there is a lane for a recipe: lanes are in double precision, uncorrected."""
+    is_there = 0 <= lane.number < len(RATIOS) and 1 <= lane.size < math.inf
+    return is_there and about.precision == "double" and recipe.evaluated_in is None
 
 
 def _not_shorter(precision: str) -> list[PrecisionName]:

@@ -5,12 +5,12 @@ import math
 import pytest
 
 from twolink.simulation.smooth.bundle_plan import (
-    BundlePlan,
     Known,
     Start,
     bounds,
     bundle_plan,
     growth_of,
+    missed_by_step,
 )
 from twolink.simulation.smooth.bundles import RATIOS
 from twolink.simulation.smooth.judging import truncation
@@ -29,14 +29,14 @@ def test_the_second_lane_is_expected_to_have_the_accuracy(digits):
     accuracy, growth = 10.0**-digits, 300.0
     plan = bundle_plan(accuracy, START, Known(growth, 10.0))
     estimate = expected_estimate(plan, growth, 10.0)
-    found = bounds(estimate, RATIOS[1] * estimate, growth, plan.of_step)
+    found = bounds(estimate, RATIOS[1] * estimate, growth, missed_by_step(plan.order, plan.size))
     assert 0.02 * accuracy < found.second < 1.01 * accuracy
     assert found.first < accuracy / 20
 
 
 def test_a_step_alone_has_the_accuracy_where_errors_do_not_grow():
     plan = bundle_plan(1e-6, START._replace(speed=100.0), Known(1e-9, 10.0))
-    assert 0.01e-6 < RATIOS[1] * 100.0 * plan.of_step < 1e-6
+    assert 0.01e-6 < RATIOS[1] * 100.0 * missed_by_step(plan.order, plan.size) < 1e-6
 
 
 def test_a_finer_accuracy_takes_a_higher_order():
@@ -52,7 +52,7 @@ def test_the_first_lane_is_to_have_an_accuracy_near_round_off():
     near = 100 * growth * 2.0**-52
     plan = bundle_plan(near, START, Known(growth, 10.0))
     estimate = expected_estimate(plan, growth, 10.0)
-    found = bounds(estimate, RATIOS[1] * estimate, growth, plan.of_step)
+    found = bounds(estimate, RATIOS[1] * estimate, growth, missed_by_step(plan.order, plan.size))
     assert found.first < 1.01 * near < found.second
 
 
@@ -86,4 +86,4 @@ def test_the_bounds_have_margins_round_off_and_a_step():
     assert bounds(0.0, 0.0, 0.0, 0.0).first == pytest.approx(32 * 2.0**-52)
     assert bounds(0.0, 1e-6, 0.0, 0.0) == pytest.approx((0.0, 1.5e-6), abs=1e-14)
     assert bounds(0.0, 0.0, 0.0, 1e-6) == pytest.approx((1e-6, 301e-6))
-    assert BundlePlan(11, 20.0).of_step == pytest.approx(20 * math.exp(-22))
+    assert missed_by_step(11, 20.0) == pytest.approx(20 * math.exp(-22))

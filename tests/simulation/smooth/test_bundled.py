@@ -14,7 +14,7 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.pd_control import PdControl
 from twolink.scene import Scene
-from twolink.simulation.smooth.bundle_plan import BundlePlan, growth_of
+from twolink.simulation.smooth.bundle_plan import BundlePlan, growth_of, missed_by_step
 from twolink.simulation.smooth.bundled import bundled, can_be_compared, start_of
 from twolink.simulation.smooth.bundles import RATIOS
 from twolink.simulation.smooth.judging import truncation
@@ -183,6 +183,17 @@ def test_the_error_is_unknown_where_a_variable_exceeds_the_size():
     assert found.growth is None
     assert np.all(np.isinf(found.estimates))
     assert lanes_of(spinning, 15, 2 * found.largest).growth is not None
+
+
+def test_a_step_misses_more_where_a_variable_exceeds_the_size():
+    """The size of the state is then that of the variable."""
+    spinning = Scene(BARS, (0.3, -0.4), (30.0, 30.0), 10.0, ())
+    largest = lanes_of(spinning, 19, 1e4).largest
+    inside, outside = (lanes_of(spinning, 19, part * largest) for part in (1.0, 0.5))
+    assert outside.growth is not None
+    for found in (inside, outside):
+        assert found.bounds.first >= 0.99 * missed_by_step(19, largest)
+        assert_bounded(found, exact_of(spinning))
 
 
 def test_errors_that_are_too_large_to_grow_in_proportion_bound_nothing():

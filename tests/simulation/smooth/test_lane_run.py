@@ -9,18 +9,21 @@ from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
-from twolink.simulation.run import Lane
 from twolink.simulation.smooth.bundles import RATIOS
-from twolink.simulation.smooth.lane_run import lane_run
+from twolink.simulation.smooth.lane_run import lanes
 from twolink.simulation.smooth.taylor import taylor_run
 
 TIMES = np.linspace(0.0, 10.0, 41)
 CALM = Scene(Chain.uniform_bars(), (0.3, -0.4), (0.1, 0.2), 10.0, (Gravity(),))
 
 
+def run_of(number):
+    return lanes(CALM, TIMES, formulation="momenta", order=15, size=40.0).run(number, TIMES)
+
+
 @pytest.fixture(scope="module", params=[0, 1])
 def found(request):
-    return lane_run(CALM, TIMES, formulation="momenta", order=15, lane=Lane(request.param, 40.0))
+    return run_of(request.param)
 
 
 def test_values_at_any_time_are_those_of_the_same_steps(found):
@@ -58,7 +61,7 @@ def test_a_stored_run_is_recompiled(found):
 
 def test_all_lanes_count(found):
     assert found.lanes == len(RATIOS)
-    assert found.evaluations == sum(found.lane_steps) * found.order * found.operations
+    assert found.evaluations == max(found.lane_steps) * found.order * found.operations
     alone = taylor_run(CALM, TIMES, formulation="momenta", order=15)
     of_a_step = alone.arithmetic.number / alone.steps
     # One variable more has a constant rate: one division for each order, and one operation.
@@ -67,9 +70,13 @@ def test_all_lanes_count(found):
 
 
 def test_the_lanes_are_different_motions():
-    first, second = (
-        lane_run(CALM, TIMES, formulation="momenta", order=15, lane=Lane(number, 40.0))
-        for number in (0, 1)
-    )
+    first, second = run_of(0), run_of(1)
     assert first.steps > second.steps
     assert 1e-6 < np.abs(first.q - second.q).max() < 1e-3
+
+
+def test_a_run_has_some_of_the_times_of_its_lanes():
+    all_lanes = lanes(CALM, TIMES, formulation="momenta", order=15, size=40.0)
+    some = all_lanes.run(1, TIMES[::8])
+    assert np.array_equal(some.q, run_of(1).q[:, ::8])
+    assert np.array_equal(some.visited.times, TIMES)

@@ -40,9 +40,9 @@ _LOWEST_ORDER = 7
 # round-off before it is known.
 _ORDER_FOR_GROWTH = 11
 
-# The growth of errors before the first measurement: that of half of random chains over 10 s. And
-# the allowance for it after one.
-_GROWTH, _CAUTION = 4e3, 1.0
+# The growth of errors before the first measurement: that of one in six random chains over 10 s. The
+# first lane has the accuracy as well if it is up to thirty times as large.
+_GROWTH = 4e3
 
 # The least size of the state of the first lane: in the largest variable of the start, which others
 # may exceed later, and in the largest one of the motion.
@@ -60,14 +60,6 @@ class BundlePlan(NamedTuple):
     order: int
     size: float
 
-    @property
-    def of_step(self) -> float:
-        """The most that a step of the first lane misses a variable by.
-
-        The first term that its series omits is less than half of the last one, and so on.
-        """
-        return self.size * math.exp(-2 * self.order)
-
 
 class Bounds(NamedTuple):
     """Bounds on the errors (rad, rad/s) of the first and of the second lane of a bundle."""
@@ -76,12 +68,21 @@ class Bounds(NamedTuple):
     second: float
 
 
+def missed_by_step(order: int, size: float) -> float:
+    """Return a bound on the error of a variable by one step, at the size of a state.
+
+    The last term of its series is exp(−2 p) of the size, and the next one is less than half of it.
+    """
+    return size * math.exp(-2 * order)
+
+
 def bounds(estimate: float, distance: float, growth: float, of_step: float) -> Bounds:
     """Return the bounds on the errors of two lanes.
 
-    `estimate` is the estimated error of the first one, and `distance` that of the second from it;
-    `growth` is that of errors. A step of the first lane misses q or u by `of_step`: that is all the
-    error where damping ends it soon, and it is largest where steps end.
+    `estimate` is the estimated error of the first one, and `distance` that of the second from it.
+    `growth` is the error of a run with a truncation error of 1 on each step. A step of the first
+    lane misses q or u by at most `of_step`: that is all the error where damping ends it soon, and
+    it is largest where steps end.
     """
     # Steps that are shorter than those of the order, at the cap, show too little growth.
     first = _MARGIN * estimate + _ROUND_OFF * max(1.0, growth) + of_step
@@ -125,14 +126,14 @@ def bundle_plan(accuracy: float, start: Start, known: Known | None = None) -> Bu
     None if round-off leaves no room for it.
     """
     growth = None if known is None else known.growth
-    expected = _GROWTH if growth is None else _CAUTION * growth
+    expected = _GROWTH if growth is None else growth
     room = accuracy - _ROUND_OFF * (growth or 0.0)
     if not room > 0:
         return None
     state = start.largest if known is None else known.largest
     least = _LARGER_THAN_START if known is None else _LARGER_THAN_MOTION
-    # A step and the growth of its error have their parts.
-    of_step = math.exp(2) * start.speed * state
+    # What one step misses, in its truncation error.
+    of_step = start.speed * missed_by_step(0, state) / truncation(0)
     # For the second lane, or at least for the first.
     for ratio, of_distance in ((float(RATIOS[1]), _BETWEEN), (1.0, 0.0)):
         factor = (of_distance * ratio + _MARGIN) * _ESTIMATED * expected + ratio * of_step

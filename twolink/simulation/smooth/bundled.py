@@ -21,14 +21,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from twolink.names import EquationsName
 from twolink.scene import Scene
-from twolink.simulation.run import Array, Lane
+from twolink.simulation.run import Array
 from twolink.simulation.smooth.bundle_plan import (
     Bounds,
     BundlePlan,
@@ -36,11 +35,12 @@ from twolink.simulation.smooth.bundle_plan import (
     Start,
     bounds,
     growth_of,
+    missed_by_step,
 )
-from twolink.simulation.smooth.bundles import RATIOS, Bundle, Followed
+from twolink.simulation.smooth.bundles import RATIOS, Followed
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import truncation
-from twolink.simulation.smooth.lane_run import LaneRun, bundle_of, of_lane
+from twolink.simulation.smooth.lane_run import LaneRun, Lanes, lanes
 from twolink.simulation.smooth.visited import largest_until
 from twolink.times import merged
 
@@ -74,36 +74,31 @@ _MOST_COMPARED = 20_000
 
 @dataclass(frozen=True, eq=False)
 class Bundled:
-    """The motions of all lanes of a bundle at the times of a grid (s), and at some of them.
+    """The `lanes` of a bundle with a `plan`, as runs at some `times` (s), and their errors."""
 
-    The first lane has the size of its state that is in the `plan`. Runs had `seconds` of
-    integration and of compilation.
-    """
-
-    scene: Scene
-    times: Array
+    lanes: Lanes
     plan: BundlePlan
-    longest_step: float
-    grid: Array
-    found: Followed
-    compiled: Bundle
-    seconds: tuple[float, float]
+    times: Array
 
     @cached_property
     def first(self) -> LaneRun:
         """The first lane, as a run."""
-        return self._lane(0)
+        return self.lanes.run(0, self.times)
 
     @cached_property
     def second(self) -> LaneRun:
         """The second lane, as a run."""
-        return self._lane(1)
+        return self.lanes.run(1, self.times)
 
-    def _lane(self, number: int) -> LaneRun:
-        return of_lane(
-            self.scene, self.times, self.compiled, self.longest_step,
-            Lane(number, self.plan.size), self.found, self.grid, self.seconds,
-        )  # fmt: skip
+    @property
+    def found(self) -> Followed:
+        """The motions of all lanes."""
+        return self.lanes.found
+
+    @property
+    def grid(self) -> Array:
+        """The times (s) at which the lanes are compared."""
+        return self.lanes.grid
 
     @property
     def largest(self) -> float:
@@ -121,8 +116,7 @@ class Bundled:
 
         It is unknown where the truncation errors of the lanes do not have their ratios.
         """
-        sizes = np.maximum(self.plan.size * RATIOS, self.largest)
-        ratios = sizes[1:] / sizes[0]
+        ratios = np.maximum(self.plan.size * RATIOS[1:], self.largest) / self._size
         if ratios[0] < _LEAST_PART * RATIOS[1]:
             return np.full(len(self.grid), math.inf)
         largest = self._apart.max(axis=1)
@@ -149,8 +143,13 @@ class Bundled:
 
     def _grown(self, estimates: Array | float) -> Array:
         """Return the growth that estimates show: truncation errors are relative to the state."""
-        size = max(self.plan.size, self.largest) / self.largest
-        return np.asarray(growth_of(estimates, size * truncation(self.plan.order)))
+        of_state = self._size / self.largest * truncation(self.plan.order)
+        return np.asarray(growth_of(estimates, of_state))
+
+    @property
+    def _size(self) -> float:
+        """The size of the state that the steps of the first lane had."""
+        return max(self.plan.size, self.largest)
 
     @property
     def bounds(self) -> Bounds | None:
@@ -160,17 +159,18 @@ class Bundled:
         if not np.ptp(self.found.motions[0], axis=1).any():
             # A chain that stays at rest has no error beside the round-off of its place.
             return Bounds(0.0, 0.0)
-        return bounds(self.estimate, self.distance, self.growth, self._speed * self.plan.of_step)
+        of_step = self._speed * missed_by_step(self.plan.order, self._size)
+        return bounds(self.estimate, self.distance, self.growth, of_step)
 
     @property
     def _speed(self) -> float:
         """The error of q or u (rad, rad/s) by one of 1 in a variable, which a step misses."""
-        # The last step may be a part of one.
-        lengths = np.diff(self.found.ends[1, : self.found.steps[1]])[:-1]
-        shortest = float(lengths[lengths > 0].min(initial=self.longest_step))
-        order, formulation = self.plan.order, self.compiled.formulation
-        rates = order / self.longest_step, order / shortest
-        return _of_variables(EQUATIONS[formulation].largest_speed(self.scene.moving_chain), rates)
+        # The last step may be a part of one. The steps of the first lane are the shortest.
+        lengths = np.diff(self.first.step_times())[:-1]
+        shortest = float(lengths.min(initial=self.lanes.longest_step))
+        rates = self.plan.order / self.lanes.longest_step, self.plan.order / shortest
+        equations = EQUATIONS[self.first.formulation]
+        return _of_variables(equations.largest_speed(self.first.scene.moving_chain), rates)
 
     @property
     def known(self) -> Known:
@@ -229,16 +229,18 @@ def bundled(
     No step is longer than `longest_step` (s). The lanes are compared at times that follow from it,
     and at those to `visit` (s). Raises `IntegrationError` if a lane does not reach the last time.
     """
-    begun = perf_counter()
-    compiled = bundle_of(scene, formulation, plan.order)
-    compile_seconds = perf_counter() - begun
-    begun = perf_counter()
     even = math.ceil(_IN_A_LONGEST_STEP * scene.duration / longest_step)
     count = min(max(_COMPARED, even), _MOST_EVEN)
-    grid = merged(times, np.linspace(0.0, scene.duration, count + 1), visit)
-    found = compiled.follow(scene, grid, plan.size, longest_step, progress)
-    seconds = perf_counter() - begun, compile_seconds
-    return Bundled(scene, times, plan, longest_step, grid, found, compiled, seconds)
+    found = lanes(
+        scene,
+        merged(times, np.linspace(0.0, scene.duration, count + 1), visit),
+        formulation=formulation,
+        order=plan.order,
+        size=plan.size,
+        longest_step=longest_step,
+        progress=progress,
+    )
+    return Bundled(found, plan, times)
 
 
 def _of_variables(by_momenta: float, rates: tuple[float, float]) -> float:

@@ -105,7 +105,7 @@ class Bundle:
         variables = np.ascontiguousarray(np.concatenate(rows).T)
         largest = float(np.abs(variables).max())
         if not math.isfinite(largest):
-            raise _cut_off(0.0)
+            raise _not_finite(0.0)
         if len(times) > len(grid):
             variables = variables[..., np.searchsorted(times, grid)]
         noted: Any = np.ndarray((len(ends), _LANES), float, b"".join(ends))
@@ -154,13 +154,18 @@ def _followed(
         callback=note,
     )
     outcomes, _, _, steps = zip(*integrator.propagate_res, strict=True)
+    reached = float(integrator.time.min())
+    if heyoka().taylor_outcome.step_limit in outcomes:
+        raise IntegrationError(
+            f"lanes side by side take more than {_MOST_AT_ONCE} steps after {reached:.6g} s"
+        )
     if set(outcomes) != {heyoka().taylor_outcome.time_limit}:
-        raise _cut_off(float(integrator.time.min()))
+        raise _not_finite(reached)
     return found[:, :4], steps
 
 
-def _cut_off(reached: float) -> IntegrationError:
-    """Return the error of lanes that do not reach the end."""
+def _not_finite(reached: float) -> IntegrationError:
+    """Return the error of lanes whose values become too large."""
     return IntegrationError(
         f"lanes side by side could not be integrated beyond {reached:.6g} s: values must be finite"
     )

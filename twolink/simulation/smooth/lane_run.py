@@ -1,4 +1,4 @@
-"""The motion of one lane of a bundle, as a run."""
+"""The motions of the lanes of a bundle, each of which is a run."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ class LaneRun(VisitingRun):
 
     @property
     def evaluations(self) -> int:
-        """The evaluated terms of the series of all lanes."""
-        return sum(self.lane_steps) * self.order * self.operations
+        """The evaluated terms of the series, each of all lanes at once."""
+        return max(self.lane_steps) * self.order * self.operations
 
     @property
     def _code(self) -> Bundle:
         """The compiled code of this run, recompiled if the run was stored."""
-        return self.compiled or bundle_of(self.scene, self.formulation, self.order)
+        return self.compiled or _bundle_of(self.scene, self.formulation, self.order)
 
     def dense(self) -> Callable[..., tuple[Any, Any]]:
         """Return q and u as functions of time (s): the polynomials of the steps of the lane."""
@@ -79,68 +79,68 @@ class LaneRun(VisitingRun):
         return {**self.__dict__, "compiled": None}
 
 
-def lane_run(
+@dataclass(frozen=True, eq=False)
+class Lanes:
+    """The motions of all lanes of a bundle at the times of a grid (s), and their cost (s)."""
+
+    scene: Scene
+    compiled: Bundle
+    longest_step: float
+    size: float
+    grid: Array
+    found: Followed
+    compile_seconds: float
+    run_seconds: float
+
+    def run(self, number: int, times: Array) -> LaneRun:
+        """Return a lane as a run, at some times (s) of the grid."""
+        own, place = self.found.motions[number], np.searchsorted(self.grid, times)
+        return LaneRun(
+            scene=self.scene,
+            formulation=self.compiled.formulation,
+            precision="double",
+            longest_step=self.longest_step,
+            q=own[:2, place],
+            u=own[2:, place],
+            steps=self.found.steps[number],
+            order=self.compiled.order,
+            operations=self.compiled.operations,
+            compile_seconds=self.compile_seconds,
+            run_seconds=self.run_seconds,
+            lane=Lane(number, self.size),
+            visited=Visited(self.grid, own, np.zeros(0), np.zeros((4, 0)), exact=True),
+            ends=self.found.ends[number],
+            lane_steps=self.found.steps,
+            compiled=self.compiled,
+        )
+
+
+def lanes(
     scene: Scene,
-    times: Array,
+    grid: Array,
     *,
     formulation: EquationsName,
     order: int,
-    lane: Lane,
+    size: float,
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
-) -> LaneRun:
-    """Return the motion of a lane at rising times (s), the first of them 0.
+) -> Lanes:
+    """Return the motions of all lanes at rising times of a grid (s), the first of them 0.
 
-    No step of any lane is longer than `longest_step` (s). Raises `IntegrationError` if a lane does
-    not reach the last time.
+    The first lane has the `size` of its state, and no step is longer than `longest_step` (s).
+    Raises `IntegrationError` if a lane does not reach the end.
     """
     cap = longest_step or default_longest_step(scene)
     begun = perf_counter()
-    compiled = bundle_of(scene, formulation, order)
+    compiled = _bundle_of(scene, formulation, order)
     compile_seconds = perf_counter() - begun
     begun = perf_counter()
-    found = compiled.follow(scene, times, lane.size, cap, progress)
-    seconds = perf_counter() - begun, compile_seconds
-    return of_lane(scene, times, compiled, cap, lane, found, times, seconds)
+    found = compiled.follow(scene, grid, size, cap, progress)
+    seconds = perf_counter() - begun
+    return Lanes(scene, compiled, cap, size, grid, found, compile_seconds, seconds)
 
 
-def of_lane(
-    scene: Scene,
-    times: Array,
-    compiled: Bundle,
-    longest_step: float,
-    lane: Lane,
-    found: Followed,
-    grid: Array,
-    seconds: tuple[float, float],
-) -> LaneRun:
-    """Return the run at some times (s) of a lane whose motions were found at those of a grid.
-
-    `seconds` were spent on integration and on compilation.
-    """
-    own, place = found.motions[lane.number], np.searchsorted(grid, times)
-    run_seconds, compile_seconds = seconds
-    return LaneRun(
-        scene=scene,
-        formulation=compiled.formulation,
-        precision="double",
-        longest_step=longest_step,
-        q=own[:2, place],
-        u=own[2:, place],
-        steps=found.steps[lane.number],
-        order=compiled.order,
-        operations=compiled.operations,
-        compile_seconds=compile_seconds,
-        run_seconds=run_seconds,
-        lane=lane,
-        visited=Visited(grid, own, np.zeros(0), np.zeros((4, 0)), exact=True),
-        ends=found.ends[lane.number],
-        lane_steps=found.steps,
-        compiled=compiled,
-    )
-
-
-def bundle_of(scene: Scene, formulation: EquationsName, order: int) -> Bundle:
+def _bundle_of(scene: Scene, formulation: EquationsName, order: int) -> Bundle:
     """Return compiled code for a scene."""
     chain, effects = Content((scene.moving_chain,)), Content(scene.effects)
     return BUNDLES(chain, effects, formulation, order)
