@@ -53,7 +53,7 @@ def made(scene: Scene, order: int, size: float, times: Array) -> Bundled:
         )  # fmt: skip
         if found.is_resolved:
             break
-        visit = np.union1d(visit, found.places)
+        visit = found.places
     return found
 
 

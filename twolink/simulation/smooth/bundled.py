@@ -195,13 +195,11 @@ class Bundled:
 
     @property
     def places(self) -> Array:
-        """Times (s) at which lanes are to be compared as well: the ends of unseen steps, and more.
+        """Times (s) at which later lanes are to be compared: the ends of the first lane's steps.
 
-        A finer bundle, whose steps are up to half as long, is compared in most of its own.
+        The first lane has the shortest steps, and is the nearest to the motion of later ones.
         """
-        unseen = self._unseen(1)
-        begins, ends = self._steps[:-1][unseen], self._steps[1:][unseen]
-        return np.sort(np.concatenate([(begins + ends) / 2, ends]))
+        return np.asarray(merged([0.0], self.found.ends[0]))
 
     @cached_property
     def _steps(self) -> Array:
@@ -226,14 +224,17 @@ def bundled(
 ) -> Bundled:
     """Return the motions of all lanes at rising times (s), the first of them 0.
 
-    No step is longer than `longest_step` (s). The lanes are compared at times that follow from it,
-    and at those to `visit` (s). Raises `IntegrationError` if a lane does not reach the last time.
+    No step is longer than `longest_step` (s). The lanes are compared at those times, and at times
+    to `visit` (s), which are evenly spaced if there are none. Raises `IntegrationError` if a lane
+    does not reach the last time.
     """
-    even = math.ceil(_IN_A_LONGEST_STEP * scene.duration / longest_step)
-    count = min(max(_COMPARED, even), _MOST_EVEN)
+    if not len(visit):
+        even = math.ceil(_IN_A_LONGEST_STEP * scene.duration / longest_step)
+        count = min(max(_COMPARED, even), _MOST_EVEN)
+        visit = np.linspace(0.0, scene.duration, count + 1)
     found = lanes(
         scene,
-        merged(times, np.linspace(0.0, scene.duration, count + 1), visit),
+        merged(times, visit),
         formulation=formulation,
         order=plan.order,
         size=plan.size,

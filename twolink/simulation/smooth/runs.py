@@ -115,7 +115,7 @@ class Runs:
             # A run of its own shows whether the motion itself fails.
             return None
         self.made.append(found.first)
-        self.visit = merged(self.visit, found.places)
+        self.visit = found.places
         return found
 
     def expect(self, precision: PrecisionName, order: int) -> None:
