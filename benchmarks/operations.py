@@ -1,4 +1,4 @@
-"""Operations and time of a Taylor step: `uv run python -m benchmarks.operations [--chains N]`.
+"""Operations and time of a Taylor step: `uv run python -m benchmarks.operations`.
 
 A product of two power series of order p costs about p² floating-point operations, a convolution;
 all else in a step costs about p. heyoka's decomposition of the equations shows their number: a
@@ -14,6 +14,8 @@ cache for instructions takes longer than its operations say.
 
 Then random general chains for 10 s under gravity: the shortest time of a bare run whose final error
 meets each accuracy, over its orders, by the momenta and by heyoka's own `lagrangian()`, in turn.
+With `--fast-math` both are compiled with heyoka's option of that name, which `simulate` does not
+use: such code may reorder sums, and need not propagate infinities and NaN.
 """
 
 from __future__ import annotations
@@ -70,26 +72,31 @@ def convolutions(integrator: Any) -> float:
     return count
 
 
-def by_momenta(scene: Scene, order: int, level: int = 3) -> tuple[Any, list[float]]:
+def by_momenta(
+    scene: Scene, order: int, level: int = 3, *, fast_math: bool = False
+) -> tuple[Any, list[float]]:
     """Return an integrator of q and p, at a level of optimization, and its initial state."""
     q, p = _variables("q1", "q2"), _variables("p1", "p2")
     form = EQUATIONS["momenta"]
     first, second = form.rates(scene.chain, scene.effects, q, p, heyoka.time)
     start = [*scene.q, *form.from_speeds(scene.chain, scene.q, scene.u)]
-    return _integrator([*q, *p], [*first, *second], start, order, level), start
+    return _integrator([*q, *p], [*first, *second], start, order, level, fast_math), start
 
 
-def by_lagrangian(scene: Scene, order: int) -> tuple[Any, list[float]]:
+def by_lagrangian(
+    scene: Scene, order: int, level: int = 3, *, fast_math: bool = False
+) -> tuple[Any, list[float]]:
     """Return an integrator of q and u by heyoka's `lagrangian()`, and its initial state."""
     q, u = _variables("q1", "q2"), _variables("u1", "u2")
     L = lagrange.kinetic_energy(scene.chain, q, u)
     L -= potential_energy(scene.effects, scene.chain, q)
     system = heyoka.lagrangian(L, list(q), list(u))
     start = [*scene.q, *scene.u]
-    return _integrator([x for x, _ in system], [rate for _, rate in system], start, order), start
+    variables, rates = [x for x, _ in system], [rate for _, rate in system]
+    return _integrator(variables, rates, start, order, level, fast_math), start
 
 
-SYSTEMS: dict[str, Callable[[Scene, int], tuple[Any, list[float]]]] = {
+SYSTEMS: dict[str, Callable[..., tuple[Any, list[float]]]] = {
     "momenta": by_momenta,
     "heyoka's lagrangian()": by_lagrangian,
 }
@@ -120,13 +127,15 @@ def random_scenes(count: int, seed: int) -> Iterator[Scene]:
         yield Scene(chain, pair(-1, 1), pair(-1, 1), DURATION, (Gravity(),))
 
 
-def cheapest(scene: Scene) -> dict[str, dict[float, float]]:
+def cheapest(scene: Scene, *, fast_math: bool) -> dict[str, dict[float, float]]:
     """Return the shortest time (s) of each system at each accuracy; infinity if none meets it."""
     times = np.array([0.0, DURATION])
     true = motion_run(scene, times, formulation="kane", precision="quadruple", limits=UNLIMITED)
     exact = np.array([*true.q[:, -1], *true.u[:, -1]], float)
     runs: dict[tuple[str, int], tuple[Any, list[float]]] = {
-        (name, order): system(scene, order) for name, system in SYSTEMS.items() for order in ORDERS
+        (name, order): system(scene, order, fast_math=fast_math)
+        for name, system in SYSTEMS.items()
+        for order in ORDERS
     }
     errors: dict[tuple[str, int], float] = {}
     shortest = dict.fromkeys(runs, np.inf)
@@ -185,6 +194,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.operations")
     parser.add_argument("--chains", type=int, default=20, help="how many random chains")
     parser.add_argument("--seed", type=int, default=1, help="which")
+    parser.add_argument("--fast-math", action="store_true", help="compile runs with fast_math")
     given = parser.parse_args()
     console = Console(width=100)
     scenes = list(random_scenes(given.chains, given.seed))
@@ -202,7 +212,7 @@ def main() -> None:
     # Not the first one, whose code is in heyoka's cache.
     (other,) = random_scenes(1, given.seed + 1)
     console.print(code_of_steps(other))
-    found = [cheapest(scene) for scene in scenes]
+    found = [cheapest(scene, fast_math=given.fast_math) for scene in scenes]
     table = Table(title=f"Processor time of a bare run, {given.chains} chains, seed {given.seed}")
     for column in ("accuracy", *(f"{name}, ms" for name in SYSTEMS), "median ratio", "range"):
         table.add_column(column, justify="right")
@@ -224,11 +234,18 @@ def _variables(*names: str) -> Any:
 
 
 def _integrator(
-    variables: list[Any], rates: list[Any], start: list[float], order: int, level: int = 3
+    variables: list[Any],
+    rates: list[Any],
+    start: list[float],
+    order: int,
+    level: int,
+    fast_math: bool,
 ) -> Any:
     tolerance = PRECISIONS["double"].step_tolerance(order)
     system = list(zip(variables, rates, strict=True))
-    return heyoka.taylor_adaptive(system, start, tol=tolerance, opt_level=level)
+    return heyoka.taylor_adaptive(
+        system, start, tol=tolerance, opt_level=level, fast_math=fast_math
+    )
 
 
 if __name__ == "__main__":
