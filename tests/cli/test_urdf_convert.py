@@ -25,9 +25,18 @@ def test_a_file_is_converted(tmp_path, to, suffix, engine):
     assert result.exit_code == 0
     assert engine in result.stdout
     assert file.with_suffix(suffix).exists()
-    out = tmp_path / "other.txt"
+    out = tmp_path / f"other{suffix}"
     assert run(file, "--to", to, "--out", out).exit_code == 0
     assert out.read_bytes() == file.with_suffix(suffix).read_bytes()
+
+
+@pytest.mark.parametrize(("to", "name"), [("mjcf", "arm.sdf"), ("sdf", "arm.xml"), ("sdf", "arm")])
+def test_a_file_of_another_format_is_no_target(tmp_path, to, name):
+    """Programs read a file as its suffix says."""
+    result = run(SHIPPED, "--to", to, "--out", tmp_path / name)
+    assert result.exit_code == 2
+    assert f"--out must be a {SUFFIXES[Format(to)]} file; got " in result.stderr
+    assert not any(tmp_path.iterdir())
 
 
 LOCKED = arm_with_elbow('<limit effort="0" velocity="3"/>')

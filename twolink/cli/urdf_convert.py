@@ -42,7 +42,7 @@ def convert(
     # First, so that of a name without a last part, such as ".", none is made for the target.
     read = read_planar_urdf(urdf)
     target = out or urdf.with_suffix(SUFFIXES[to])
-    check_target("--out", target, inputs=[urdf])
+    check_target("--out", target, (SUFFIXES[to],), inputs=[urdf])
     from twolink.engines.urdf_conversion import convert as converted
     from twolink.urdf.losses import losses
 

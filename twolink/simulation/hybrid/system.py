@@ -177,7 +177,8 @@ class HybridSystem:
         for element in self.elements:
             if element.normal is None and rubbing.count(element.tangent) > 1:
                 raise SimulationError(
-                    f"{element.name} has dry friction twice; the scene must have one for each"
+                    f"{element.name} has dry friction twice, that of a URDF included; the scene "
+                    "must have one for each"
                 )
 
     @cached_property
