@@ -6,7 +6,7 @@ import pytest
 
 from twolink import limits
 from twolink.errors import ParameterError, TooMuchError
-from twolink.limits import UNLIMITED, Forecast, Limits, in_bytes, in_time
+from twolink.limits import UNLIMITED, Budget, Forecast, Limits, in_bytes, in_time
 
 
 def test_a_forecast_uses_the_recent_pace():
@@ -77,6 +77,37 @@ def test_a_run_that_is_too_long_is_ended(share, words, monkeypatch):
     assert reports[0] == share
 
 
+def test_the_runs_of_a_budget_count_together(monkeypatch):
+    """Each takes 500 s of the 600 s that are allowed."""
+    set_clock(monkeypatch, range(0, 10_000, 250))
+    budget = Budget(Limits(seconds=600.0), "the motion")
+    first = budget.timed()
+    for share in (0.5, 1.0):
+        first(share)
+    second = budget.timed()
+    with pytest.raises(TooMuchError, match=r"would take about 12\.5 minutes of computing"):
+        second(0.5)
+    alone = Budget(Limits(seconds=600.0), "the motion").timed()
+    for share in (0.5, 1.0):
+        alone(share)
+
+
+def test_a_limit_below_the_window_of_estimates_ends_a_run(monkeypatch):
+    set_clock(monkeypatch, [0.0, 0.3, 0.6, 0.9, 1.2])
+    report = Limits(seconds=1.0).timed("the motion")
+    report(0.05)
+    with pytest.raises(TooMuchError, match=r"about 6 s of computing; the limit is 1 s"):
+        report(0.1)
+
+
+def test_a_run_that_has_taken_its_limit_is_ended_without_an_estimate(monkeypatch):
+    set_clock(monkeypatch, [0.0, 0.1, 1.3])
+    report = Limits(seconds=1.2).timed("the motion")
+    report(0.01)
+    with pytest.raises(TooMuchError, match=r"the limit is 1\.2 s"):
+        report(0.99)
+
+
 def test_unlimited_never_ends_a_run(monkeypatch):
     set_clock(monkeypatch, range(0, 10_000, 100))
     progress = UNLIMITED.timed("the motion")
@@ -117,6 +148,7 @@ def test_a_short_part_of_fast_growth_does_not_dominate_the_estimate():
 def test_sizes_and_times_are_printed_with_units():
     assert in_bytes(2.5e9) == "2.5 GB"
     assert in_bytes(12) == "12 bytes"
+    assert in_time(0.25) == "0.25 s"
     assert in_time(90) == "1.5 minutes"
     assert in_time(3600) == "60 minutes"
     assert in_time(1e7) == "116 days"

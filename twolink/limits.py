@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter, thread_time
+from typing import NoReturn
 
 from twolink.errors import TooMuchError
 from twolink.inputs import as_number, nearest_float, refuse
@@ -16,7 +17,7 @@ from twolink.inputs import as_number, nearest_float, refuse
 
 @dataclass(frozen=True)
 class Limits:
-    """The most that a run may take: seconds of computing, and bytes of memory.
+    """The most that a call may take: seconds of computing, of all its runs, and bytes of memory.
 
     If `seconds` is infinite, the work for modes and that in 113 bits are not limited either. Both
     must be positive, and may be infinite; any other value raises `ParameterError`.
@@ -60,29 +61,9 @@ class Limits:
     ) -> Callable[[float], None]:
         """Return a progress callback that ends a run whose estimated time is too long.
 
-        It is called in the thread that computes, with the share that is done, and passes it on to
-        `progress`. Raises `TooMuchError`.
+        It is that of a `Budget` for one run.
         """
-        if self.are_lifted:
-            return progress or (lambda share: None)
-        forecast, clock = Forecast(_WINDOW), _ThreadClock()
-
-        def report(share: float) -> None:
-            spent = clock.spent()
-            total = forecast.total(share, spent)
-            far = spent > _FAR * self.seconds * share
-            if total > self.seconds and (far or spent > _SURE * self.seconds):
-                estimate = f"about {in_time(total)} of computing"
-                if not math.isfinite(total):
-                    estimate = "more time than can be estimated"
-                raise TooMuchError(
-                    f"{description} would take {estimate}; the limit is "
-                    f"{in_time(self.seconds)}{LIFTED}"
-                )
-            if progress is not None:
-                progress(share)
-
-        return report
+        return Budget(self, description).timed(progress)
 
     def check_growth(self, description: str, forecast: Forecast, share: float, size: float) -> None:
         """Raise `TooMuchError` if the final size is estimated to be larger than the limit.
@@ -104,8 +85,8 @@ DEFAULT_LIMITS = Limits()
 LIFTED = " (--force lifts it, and limits=UNLIMITED in Python)"
 """How a limit is lifted, for a message."""
 
-# Seconds of computing from which an estimate is made.
-_WINDOW = 1.5
+# Seconds of computing from which an estimate is made, and the most of them in the limit.
+_WINDOW, _OF_LIMIT = 1.5, 1 / 4
 
 # Seconds between two readings of a thread's clock: a reading is a system call, up to 0.3 ms in a
 # virtual machine, and a run with impacts reports after each of them.
@@ -120,17 +101,60 @@ _SURE, _FAR = 1 / 60, 1000.0
 _USED = 1 / 8
 
 
+class Budget:
+    """The computing time that all runs for one purpose may take together."""
+
+    def __init__(self, limits: Limits, description: str) -> None:
+        """Begin with nothing spent; the description is the subject of a message."""
+        self._limits, self._description = limits, description
+        self._clocks: list[_ThreadClock] = []
+
+    def timed(self, progress: Callable[[float], None] | None = None) -> Callable[[float], None]:
+        """Return a progress callback of a run, which begins now, that ends it if it takes too long.
+
+        It is called in the thread that computes, with the share that is done, and passes it on to
+        `progress`. Raises `TooMuchError`.
+        """
+        limit = self._limits.seconds
+        if self._limits.are_lifted:
+            return progress or (lambda share: None)
+        forecast, clock = Forecast(min(_WINDOW, _OF_LIMIT * limit)), _ThreadClock()
+        self._clocks.append(clock)
+
+        def report(share: float) -> None:
+            spent = clock.spent()
+            before = sum(other.last for other in self._clocks) - spent
+            total = before + max(forecast.total(share, spent), spent)
+            far = spent > _FAR * limit * share
+            if total > limit and (far or before + spent > _SURE * limit):
+                self._end(total)
+            if progress is not None:
+                progress(share)
+
+        return report
+
+    def _end(self, total: float) -> NoReturn:
+        estimate = f"about {in_time(total)} of computing"
+        if not math.isfinite(total):
+            estimate = "more time than can be estimated"
+        raise TooMuchError(
+            f"{self._description} would take {estimate}; the limit is "
+            f"{in_time(self._limits.seconds)}{LIFTED}"
+        )
+
+
 class _ThreadClock:
     """The processor time of the thread (s), at most `_READING` of wall time old.
 
-    Until the first reading it is wall time, so that a short run reads no clock of its thread.
+    Until the first reading it is wall time, so that a short run reads no clock of its thread. The
+    `last` reading can be seen from every thread.
     """
 
     def __init__(self) -> None:
         """Begin at 0."""
         self._begun = self._read = perf_counter()
         self._start: float | None = None
-        self._spent = 0.0
+        self.last = 0.0
 
     def spent(self) -> float:
         """Return the processor time since the beginning (s)."""
@@ -139,8 +163,8 @@ class _ThreadClock:
             read = thread_time()
             if self._start is None:
                 self._start = read - (now - self._begun)
-            self._read, self._spent = now, read - self._start
-        return self._spent
+            self._read, self.last = now, read - self._start
+        return self.last
 
 
 class Forecast:
@@ -177,6 +201,8 @@ def in_bytes(size: float) -> str:
 
 def in_time(seconds: float) -> str:
     """Return a number of seconds in words."""
+    if seconds < 60:
+        return f"{seconds:.3g} s"
     for unit, factor in (("years", 31_557_600.0), ("days", 86_400.0), ("hours", 3600.0)):
         if seconds >= 2 * factor:
             return f"{seconds / factor:.3g} {unit}"

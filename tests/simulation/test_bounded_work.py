@@ -27,7 +27,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.errors import IntegrationError, SimulationError, TooMuchError, TwolinkError
 from twolink.inputs import LEAST_DURATION
-from twolink.limits import UNLIMITED, Limits
+from twolink.limits import UNLIMITED, Budget, Limits
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.effects_cost import effects_cost
@@ -35,6 +35,7 @@ from twolink.simulation.hybrid.effort import Effort
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.motion import motion_run
 from twolink.simulation.trajectory import Trajectory
+from twolink.variations.sensitivity import sensitivity
 
 FALL = Scene(Chain.uniform_bars(), (0.3, 0.5), (0.0, 0.0), 1.0, (Gravity(),))
 DIVERGING = replace(FALL, duration=60.0, effects=(Gravity(), PdControl((0.0, 0.0), (-50.0, -50.0))))
@@ -331,3 +332,37 @@ def test_no_event_or_impact_precedes_the_start(apart, u):
     struck = [impact.kinetic_energy[0] for impact in found.impacts if impact.time == 0.0]
     before = struck[0] if struck else found.kinetic_energy[0]
     assert work == pytest.approx(found.kinetic_energy[-1] - before, abs=1e-9)
+
+
+def derived(scene, **options):
+    return sensitivity(scene, ["q1"], **options)
+
+
+@pytest.mark.parametrize(
+    ("compute", "effects"),
+    [
+        (simulate, (Gravity(),)),
+        (simulate, (Gravity(), JointStop("B", -1.0, 1.0, 0.5))),
+        (derived, (Gravity(),)),
+    ],
+)
+def test_all_runs_of_a_call_have_one_limit(monkeypatch, compute, effects):
+    """A limit that each run had of its own would be exceeded by all of them together."""
+    budgets, timed = [], Budget.timed
+
+    def counted(budget, progress=None):
+        budgets.append(budget)
+        return timed(budget, progress)
+
+    monkeypatch.setattr(Budget, "timed", counted)
+    compute(replace(FALL, duration=5.0, effects=effects), accuracy=1e-14)
+    assert len(budgets) > 1
+    assert len(set(map(id, budgets))) == 1
+
+
+@pytest.mark.parametrize("compute", [simulate, derived])
+def test_a_call_of_too_many_runs_is_ended(compute):
+    """A motion of 100 s of chaos takes several runs, of which the first are short."""
+    scene = Scene(Chain.uniform_bars(), (3.0, 3.0), (0.0, 0.0), 100.0, (Gravity(),), accuracy=1e-9)
+    with pytest.raises(TooMuchError, match=r"over 100 s would take .*; the limit is 0\.5 s"):
+        compute(scene, samples=5, limits=Limits(seconds=0.5))

@@ -20,7 +20,7 @@ from twolink.ensembles.compiled import FORMULATION
 from twolink.ensembles.quantity import Accumulator, Quantity
 from twolink.ensembles.speeds import Speeds, derivatives, truncation_within
 from twolink.integration.precisions import PRECISIONS
-from twolink.limits import Limits
+from twolink.limits import Budget, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.differences import impacts_beside
 from twolink.simulation.hybrid.measure import Measured
@@ -269,5 +269,5 @@ def _ends(run: Any, errors: Array) -> Ends:
 
 def _progress(scene: Scene, limits: Limits) -> Callable[[str], Callable[[float], None]]:
     """Return a function from the name of a run to one that takes its share, and enforces limits."""
-    description = f"the motion over {scene.duration:g} s"
-    return lambda name: limits.timed(description, None)
+    budget = Budget(limits, f"the motion over {scene.duration:g} s")
+    return lambda name: budget.timed()

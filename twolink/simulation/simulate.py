@@ -27,7 +27,7 @@ from twolink.integration.methods import (
     NumericName,
 )
 from twolink.integration.precisions import PrecisionName
-from twolink.limits import DEFAULT_LIMITS, LIFTED, Limits
+from twolink.limits import DEFAULT_LIMITS, LIFTED, Budget, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import has_events, has_modes
@@ -80,9 +80,9 @@ def simulate(
 ) -> Trajectory:
     """Return the trajectory of a scene at evenly spaced samples, with its measured global error.
 
-    `RunOptions` describes the options. A run that would exceed its limits of time or memory raises
-    `TooMuchError`. Raises `SimulationError`, in one sentence, if
-    the scene cannot be simulated as requested, and `ParameterError` for invalid arguments.
+    `RunOptions` describes the options. Runs that would exceed the limits of time or memory raise
+    `TooMuchError`. Raises `SimulationError`, in one sentence, if the scene cannot be simulated as
+    requested, and `ParameterError` for invalid arguments.
     """
     return simulate_with(
         scene,
@@ -110,6 +110,7 @@ def simulate_with(scene: Scene, options: RunOptions) -> Trajectory:
         options,
         accuracy=scene.accuracy if options.accuracy is None else options.accuracy,
         times=np.linspace(0.0, scene.duration, options.samples),
+        budget=Budget(options.limits, f"the motion over {scene.duration:g} s"),
     )
     if method in NUMERIC_METHODS:
         return _by_refining(asked, method)
@@ -120,12 +121,16 @@ def simulate_with(scene: Scene, options: RunOptions) -> Trajectory:
 
 @dataclass(frozen=True)
 class _Asked:
-    """The request: a scene, options, and the accuracy (rad, rad/s) and times (s) that follow."""
+    """The request: a scene, options, and the accuracy (rad, rad/s) and times (s) that follow.
+
+    All runs have one `budget`.
+    """
 
     scene: Scene
     options: RunOptions
     accuracy: float
     times: Array
+    budget: Budget
 
     @property
     def share(self) -> float:
@@ -152,7 +157,7 @@ class _Asked:
         """Return a function that takes the completed share of a run and enforces limits."""
         progress = self.options.progress
         named = None if progress is None else lambda share: progress(name, share)
-        return self.options.limits.timed(f"the motion over {self.scene.duration:g} s", named)
+        return self.budget.timed(named)
 
 
 def _check(scene: Scene, method: Method, options: RunOptions) -> None:

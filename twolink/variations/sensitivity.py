@@ -18,7 +18,7 @@ from twolink.ensembles.file import scene_tables
 from twolink.ensembles.parameters import keys_of
 from twolink.errors import ParameterError, SimulationError
 from twolink.inputs import as_path, as_tuple, check_callback, check_instance, refuse
-from twolink.limits import DEFAULT_LIMITS, UNLIMITED, Limits
+from twolink.limits import DEFAULT_LIMITS, UNLIMITED, Budget, Limits
 from twolink.scene import Scene
 from twolink.simulation.motion import motion_run
 from twolink.simulation.options import RunOptions
@@ -211,10 +211,11 @@ def _measured(
     """Return the sensitivity of checked arguments."""
     accuracy = scene.accuracy if options.accuracy is None else options.accuracy
     times = np.linspace(0.0, scene.duration, options.samples)
+    budget = Budget(limits, f"derivatives over {scene.duration:g} s")
 
     def report(name: str) -> Callable[[float], None]:
         named = None if progress is None else lambda share: progress(name, share)
-        return limits.timed(f"derivatives over {scene.duration:g} s", named)
+        return budget.timed(named)
 
     along = directions(family)
     for name, direction in zip(names, along, strict=True):
