@@ -222,7 +222,7 @@ ROWS = {
         "judge mistakes suites understanding",
         "answer_mistakes golden model_mistakes",
         "diagnosis",
-        "results",
+        "motion_diagnosis results",
         "curves hard_cases motions random_states",
         "expectations report runner scoreboard",
         "scoreboard_tables",

@@ -35,7 +35,8 @@ def check(name, groups):
 
 
 def test_every_diagnosis_has_its_wrong_engine():
-    assert set(WRONG) == set(SENTENCES)
+    # These two show in motions alone (`test_motion_diagnosis`).
+    assert {*WRONG, "late-output", "springs-dropped"} == set(SENTENCES)
     assert len(WRONG) >= 20
 
 

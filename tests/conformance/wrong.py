@@ -84,6 +84,26 @@ class DrivingFriction(Arm):
         return super().resistance(v) - 2 * self.friction * np.sign(v)
 
 
+@wrong("damping-exchanged")
+class ExchangedDamping(Arm):
+    def resistance(self, v):
+        return self.damping[::-1] * v + self.friction * np.sign(v)
+
+
+@wrong("friction-exchanged")
+class ExchangedFriction(Arm):
+    def resistance(self, v):
+        return self.damping * v + self.friction[::-1] * np.sign(v)
+
+
+@wrong("absolute-damper")
+class AbsoluteDamper(Arm):
+    reads = ("parameters",)
+
+    def resistance(self, v):
+        return super().resistance(v) + np.array([0.0, self.damping[1] * v[0]])
+
+
 # Files
 
 
@@ -217,6 +237,23 @@ class PointMasses(Arm):
 class EndAtCentre(Arm):
     def end(self):
         return self.c[1]
+
+
+@wrong("length-of-other")
+class LengthOfOther(Arm):
+    reads = ("parameters",)
+
+    def read_parameters(self, p):
+        super().read_parameters(p)
+        self.p[1] = self.tip
+
+
+@wrong("centre-on-other-side")
+class OtherSide(Arm):
+    reads = ("parameters",)
+
+    def own(self, mass, centre, tensor):
+        return mass, centre * np.array([1.0, -1.0, 1.0]), tensor
 
 
 # Equations

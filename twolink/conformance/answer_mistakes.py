@@ -117,6 +117,44 @@ class _VelocitySign(SpatialState):
         return -first, -second
 
 
+class _FirstVelocitySign(SpatialState):
+    """Only the first one has the wrong sign."""
+
+    def velocity_terms(self) -> Pair:
+        """Return wrong velocity terms."""
+        first, second = super().velocity_terms()
+        return -first, second
+
+
+class _SecondVelocitySign(SpatialState):
+    """Only the second one has the wrong sign."""
+
+    def velocity_terms(self) -> Pair:
+        """Return wrong velocity terms."""
+        first, second = super().velocity_terms()
+        return first, -second
+
+
+class _AbsoluteDamper(SpatialState):
+    """The damper of the elbow acts between link 2 and the ground."""
+
+    def resistance(self) -> Pair:
+        """Return wrong torques in both joints."""
+        first, second = super().resistance()
+        by_link_1 = self.model.damping[1] * self.speeds[0]
+        absolute = self.model.damping[1] * (self.speeds[0] + self.speeds[1])
+        return first + absolute, second + by_link_1
+
+
+class _AbsoluteDamperOfJoint(SpatialState):
+    """The torque of the damper, in the elbow, follows the absolute speed of link 2."""
+
+    def resistance(self) -> Pair:
+        """Return a wrong torque in the elbow."""
+        first, second = super().resistance()
+        return first, second + self.model.damping[1] * self.speeds[0]
+
+
 class _CentrifugalOnly(SpatialState):
     """The Coriolis term 2 θ̇1 θ̇2 is left out."""
 
@@ -254,6 +292,8 @@ ANSWER_MISTAKES: tuple[Mistake, ...] = (
         "velocity-terms-sign",
         "Coriolis and centrifugal torques have the wrong sign",
         _VelocitySign,
+        _FirstVelocitySign,
+        _SecondVelocitySign,
         quantities=_MOVING[:3],
     ),
     of_systems(
@@ -268,6 +308,13 @@ ANSWER_MISTAKES: tuple[Mistake, ...] = (
         "the coupling of both joints is missing in M",
         _Decoupled,
         quantities=("mass_matrix", "inverse_dynamics", "forward_dynamics"),
+    ),
+    of_systems(
+        "absolute-damper",
+        "the damper of the elbow acts on the absolute speed of link 2",
+        _AbsoluteDamper,
+        _AbsoluteDamperOfJoint,
+        quantities=("inverse_dynamics", "forward_dynamics"),
     ),
     of_systems(
         "acceleration-without-bias",

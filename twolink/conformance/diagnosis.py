@@ -30,6 +30,8 @@ BINARY32: Precision = "binary32"
 SENTENCES = {
     **{name: mistake.sentence for name, mistake in MISTAKES.items()},
     BINARY32: "the engine computes in binary32, and declares binary64",
+    "late-output": "the values of a motion are late by one time",
+    "springs-dropped": "the springs of the joints do not act",
 }
 """A sentence for each diagnosis, by its name."""
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from twolink.arithmetic import Pair
 from twolink.conformance.mistakes import Mistake, of_models, with_bodies
 from twolink.conformance.spatial import HOME, Body, Joint, SpatialModel, turned_tensor
-from twolink.urdf.spatial import Matrix3, Pose, Vector3, dot, norm, scale, subtract
+from twolink.urdf.spatial import Matrix3, Pose, Vector3, cross, dot, norm, scale, subtract
 
 Models = Iterator[SpatialModel]
 
 _STANDARD, _FEET, _CENTIMETRES = 9.80665, 1 / 0.3048, 100.0
+
+_LINKS = (1, 2), (1,), (2,)
 
 # Relative difference below which a size of gravity is the standard one of these vectors.
 _SAME = 1e-12
@@ -71,11 +74,21 @@ def _matrix(tensor: Any) -> Matrix3:
 
 
 def _steiner_twice(model: SpatialModel) -> Models:
-    yield with_bodies(model, lambda body: _steiner(body, 1.0))
+    yield from _of_links(model, lambda body: _steiner(body, 1.0))
 
 
 def _no_steiner(model: SpatialModel) -> Models:
-    yield with_bodies(model, lambda body: _steiner(body, -1.0))
+    yield from _of_links(model, lambda body: _steiner(body, -1.0))
+
+
+def _of_links(model: SpatialModel, change: Callable[[Body], Body]) -> Models:
+    """Yield models in which the bodies of both links are changed, and those of one of them."""
+    for links in _LINKS:
+
+        def changed(body: Body, links: tuple[int, ...] = links) -> Body:
+            return change(body) if body.link in links else body
+
+        yield with_bodies(model, changed)
 
 
 def _no_inertia(model: SpatialModel) -> Models:
@@ -259,6 +272,22 @@ def _driving_damping(model: SpatialModel) -> Models:
     yield replace(model, damping=(-first, -second))
 
 
+def _exchanged_damping(model: SpatialModel) -> Models:
+    for damping in _with_the_other(model.damping):
+        yield replace(model, damping=damping)
+
+
+def _exchanged_friction(model: SpatialModel) -> Models:
+    for friction in _with_the_other(model.friction):
+        yield replace(model, friction=friction)
+
+
+def _with_the_other(numbers: Pair) -> Iterator[Pair]:
+    """Yield pairs in which one number, or each, is the other one."""
+    first, second = numbers
+    yield from ((second, first), (first, first), (second, second))
+
+
 def _no_friction(model: SpatialModel) -> Models:
     yield replace(model, friction=(0.0, 0.0))
 
@@ -266,6 +295,35 @@ def _no_friction(model: SpatialModel) -> Models:
 def _driving_friction(model: SpatialModel) -> Models:
     first, second = model.friction
     yield replace(model, friction=(-first, -second))
+
+
+def _other_side(model: SpatialModel) -> Models:
+    """Yield models whose mass centres are across from the line to the next joint, or to D."""
+    ends = model.joints[1].placement.position, model.tip
+
+    def changed(body: Body) -> Body:
+        across = cross(model.joints[body.link - 1].axis, ends[body.link - 1])
+        square = dot(across, across)
+        if not square:
+            return body
+        away = scale(2 * dot(body.centre, across) / square, across)
+        inertial = Pose(subtract(body.centre, away), HOME.rotation)
+        return replace(body, placement=HOME, inertial=inertial, tensor=body.inertia)
+
+    yield from _of_links(model, changed)
+
+
+def _lengths(model: SpatialModel) -> Models:
+    """Yield models in which a link, or each, has the length of the other one."""
+    first, second = model.joints
+    elbow = second.placement.position
+    lengths = norm(elbow), norm(model.tip)
+    if not all(lengths):
+        return
+    for one, other in _with_the_other(lengths):
+        moved = Pose(scale(one / lengths[0], elbow), second.placement.rotation)
+        tip = scale(other / lengths[1], model.tip)
+        yield replace(model, joints=(first, replace(second, placement=moved)), tip=tip)
 
 
 def _exchanged_links(model: SpatialModel) -> Models:
@@ -336,5 +394,15 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
     of_models("inertia-missing", "links are point masses: their inertia is missing", _no_inertia),
     of_models(
         "end-at-centre", "D is the mass centre of link 2, not its end", _end_at_centre, *_IN_SPACE
+    ),
+    of_models("damping-exchanged", "a joint has the damping of the other one", _exchanged_damping),
+    of_models(
+        "friction-exchanged", "a joint has the dry friction of the other one", _exchanged_friction
+    ),
+    of_models("length-of-other", "a link has the length of the other one", _lengths),
+    of_models(
+        "centre-on-other-side",
+        "a mass centre is on the other side of the line between the joints",
+        _other_side,
     ),
 )

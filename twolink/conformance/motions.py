@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from twolink.conformance.bounds import EPSILONS
 from twolink.conformance.convergence import Curve, Limit, convergence
+from twolink.conformance.motion_diagnosis import MotionDiagnosis
 from twolink.conformance.results import MOTION, TestResult, without_answer
 from twolink.conformance.vectors import Group, Motion
 from twolink.engines.faults import EngineFault
@@ -53,9 +54,10 @@ def motion_results(
     if reason:
         yield replace(result, said=reason)
         return
+    diagnosis = MotionDiagnosis(motion, group)
     for method in engine.methods:
         named = replace(result, id=f"{motion.id}/{method.name}", quantity=f"{MOTION}{method.name}")
-        yield _of_method(named, motion, method, engine, warnings)
+        yield _of_method(named, motion, method, engine, warnings, diagnosis)
 
 
 def _of_method(
@@ -64,9 +66,10 @@ def _of_method(
     method: Method,
     engine: RemoteEngine,
     of_model: tuple[str, ...],
+    diagnosis: MotionDiagnosis,
 ) -> TestResult:
     try:
-        curve, warnings = _curve(motion, method, engine)
+        curve, motions, warnings = _curve(motion, method, engine)
     except (EngineError, EngineFault) as error:
         return without_answer(result, error)
     found = curve.verdict
@@ -77,7 +80,12 @@ def _of_method(
         warnings = (*of_model, *warnings)
     if mark is Mark.SILENT and warnings:
         mark = Mark.MISSED
-    return replace(result, mark=mark, said=said, warnings=warnings, curve=curve)
+    result = replace(result, mark=mark, said=said, warnings=warnings, curve=curve)
+    if found.limit is not Limit.ANOTHER:
+        return result
+    before, finest = motions[-2:]
+    unsure = float(np.abs(finest - before).max())
+    return replace(result, causes=diagnosis.causes(finest, unsure, engine.precision))
 
 
 def _is_of_lower_order(curve: Curve, motion: Motion, method: Method, engine: RemoteEngine) -> bool:
@@ -99,8 +107,10 @@ def _is_even(motion: Motion, method: Method) -> bool:
     return method.parameter == "step" and motion.smooth
 
 
-def _curve(motion: Motion, method: Method, engine: RemoteEngine) -> tuple[Curve, tuple[str, ...]]:
-    """Return the errors from coarse to fine, up to half of all digits, and warnings."""
+def _curve(
+    motion: Motion, method: Method, engine: RemoteEngine
+) -> tuple[Curve, list[Array], tuple[str, ...]]:
+    """Return the errors up to half of all digits, the motions from coarse to fine, and warnings."""
     truth, epsilon = np.array(motion.values, dtype=float), EPSILONS[engine.precision]
     value, ratio, count = _SETTINGS[method.parameter]
     even = _is_even(motion, method)
@@ -122,7 +132,7 @@ def _curve(motion: Motion, method: Method, engine: RemoteEngine) -> tuple[Curve,
             is_enough = is_slow and number >= count
             if found.limit is Limit.TRUTH and (is_enough or found.error <= np.sqrt(epsilon)):
                 break
-    return Curve(method.parameter, tuple(settings), found), tuple(warnings)
+    return Curve(method.parameter, tuple(settings), found), motions, tuple(warnings)
 
 
 def _moved(

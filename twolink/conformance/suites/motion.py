@@ -29,6 +29,7 @@ _SMOOTH: tuple[_Row, ...] = (
         2.0,
     ),
     ("motions/springs", "springs in both joints, beside gravity", ("SpringDropped",), 2.0),
+    ("motions/dampers", "damping in both joints, beside gravity", ("DampingDropped",), 2.0),
 )
 _FRICTION: tuple[_Row, ...] = (
     (
