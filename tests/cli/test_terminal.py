@@ -87,7 +87,7 @@ def test_file_names_that_are_no_text(tmp_path):
 @pytest.mark.parametrize(
     ("words", "name", "target"),
     [
-        (["urdf", "convert", "INPUT", "--to", "sdf", "--out", "OUT"], "a.urdf", ""),
+        (["urdf", "convert", "INPUT", "--to", "sdf", "--out", "OUT"], "a.sdf", ""),
         (["urdf", "repair", "INPUT", "--out", "OUT"], "a.urdf", ""),
         (["verify", "--urdf", "INPUT", "--json", "OUT"], "a.urdf", ""),
         (["simulate", "INPUT", "--out", "OUT"], "a.csv", ""),

@@ -1,6 +1,6 @@
 """Lanes of one motion side by side, whose steps have different lengths."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from twolink.effects.joint_damping import JointDamping
 from twolink.errors import IntegrationError
 from twolink.loads import motor_loads
 from twolink.scene import Scene
-from twolink.simulation.smooth.bundles import BUNDLES, RATIOS
+from twolink.simulation.smooth.bundles import BUNDLES, FIRST, LONGEST, MOVED, RATIOS, SECOND
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.taylor import taylor_run
 from twolink.values import Content
@@ -48,9 +48,9 @@ def test_errors_and_steps_of_lanes_have_their_ratios(order):
     states = np.concatenate([exact.q, exact.u]).astype(float)
     found = followed(SCENE, order, 20.0 if order == 9 else 200.0)
     errors = np.abs(found.motions - states).max(axis=(1, 2))
-    assert 1e-12 < errors[0] < errors[1] < errors[3] < 0.1
-    assert np.all(errors[1:] / errors[0] > RATIOS[1:] / 30)
-    assert np.all(errors[1:] / errors[0] < RATIOS[1:] * 30)
+    assert 1e-12 < errors[FIRST] < errors[SECOND] < errors[LONGEST] < 0.1
+    assert np.all(errors / errors[FIRST] > RATIOS / 100)
+    assert np.all(errors / errors[FIRST] < RATIOS * 100)
     expected = RATIOS ** (1 / order)
     assert np.allclose(found.steps[0] / np.array(found.steps), expected, rtol=0.1)
 
@@ -67,8 +67,20 @@ def test_steps_that_are_capped_keep_their_ratios():
     cap = 0.05
     found = bundle_of(steady, 9).follow(steady, GRID, 10.0, cap)
     lengths = 4.0 / np.array(found.steps)
-    assert lengths[-1] == pytest.approx(cap, rel=0.02)
-    assert np.allclose(lengths[-1] / lengths, (RATIOS[-1] / RATIOS) ** (1 / 9), rtol=0.05)
+    assert lengths[LONGEST] == pytest.approx(cap, rel=0.02)
+    expected = (RATIOS[LONGEST] / RATIOS) ** (1 / 9)
+    assert np.allclose(lengths[LONGEST] / lengths, expected, rtol=0.05)
+
+
+def test_the_last_lane_may_start_elsewhere():
+    usual = followed(SCENE, 13, 100.0)
+    moved = (SCENE.q[0] + 1e-3, SCENE.q[1]), (SCENE.u[0], SCENE.u[1] - 1e-3)
+    found = followed(SCENE, 13, 100.0, moved=moved)
+    assert np.array_equal(found.motions[:MOVED], usual.motions[:MOVED])
+    assert np.array_equal(usual.motions[MOVED], usual.motions[FIRST])
+    assert found.motions[MOVED, :, 0] == pytest.approx([*moved[0], *moved[1]], abs=1e-14)
+    exact = followed(replace(SCENE, q=moved[0], u=moved[1]), 13, 100.0)
+    assert np.array_equal(found.motions[MOVED], exact.motions[FIRST])
 
 
 def test_short_motions_have_several_steps():

@@ -11,6 +11,7 @@ from twolink.chain import Chain
 from twolink.effects import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_torque import JointTorque
 from twolink.errors import IntegrationError
 from twolink.integration.precisions import PRECISIONS
 from twolink.loads import motor_loads
@@ -66,9 +67,9 @@ def quiet(name):
     return lambda share: None
 
 
-def measured(scene, accuracy, times=TIMES, correct=True):
+def measured(scene, accuracy, times=TIMES, correct=True, formulation="momenta"):
     return measured_run(
-        scene, times, accuracy, "momenta", quiet, correct=correct, pace=pace_of(scene)
+        scene, times, accuracy, formulation, quiet, correct=correct, pace=pace_of(scene)
     )
 
 
@@ -168,6 +169,56 @@ def test_an_error_that_peaks_between_all_samples_is_measured(start, samples, all
         true = max(apart(q, exact.q).max(), apart(u, exact.u).max())
         assert found.worst <= 10.0**-digits
         assert true <= found.worst
+
+
+def folded(mass, length, angle, speed, duration):
+    """Return links that spin folded without loads, on which only round-off acts."""
+    chain = Chain.point_masses(mass, length)
+    return Scene(chain, (angle, angle + math.pi), (speed, speed), duration, ())
+
+
+def wheel(q, u, duration, torque):
+    """Return a driven pendulum with a small wheel, whose speed at the start is the fastest."""
+    chain = Chain((1.0, 0.05), (1.0, 0.05), ((0.5, 0.0), (0.0, 0.0)), (1 / 12, 1e-4))
+    driven = JointTorque(amplitude=(torque, 0.0), frequency=(3.0, 0.0))
+    return Scene(chain, q, u, duration, (Gravity(), JointDamping((0.0, 1e-4)), driven))
+
+
+@pytest.mark.parametrize(
+    ("start", "accuracy"),
+    [
+        (folded((1.0, 1.0), (1.0, 1.0), 1.0, 2.0, 12.0), 1e-6),
+        (folded((0.5, 1.0), (1.0, 2.0), -2.6, 3.0, 7.0), 1e-7),
+        pytest.param(folded((1.0, 1.0), (1.0, 1.5), -2.1, 2.0, 18.0), 1e-3, marks=pytest.mark.slow),
+        pytest.param(wheel((-1.0, 0.0), (-1.0, -27.0), 50.0, 2.1), 1e-5, marks=pytest.mark.slow),
+        pytest.param(wheel((-1.0, 0.0), (-1.0, -30.0), 50.0, 2.1), 1e-3, marks=pytest.mark.slow),
+        pytest.param(wheel((1.0, 0.0), (0.0, 30.0), 45.0, 2.0), 1e-7, marks=pytest.mark.slow),
+    ],
+)
+@pytest.mark.parametrize("formulation", ["momenta", "lagrange"])
+def test_round_off_that_truncation_errors_do_not_show_is_in_the_error(start, accuracy, formulation):
+    """Lanes that differ by round-off alone had up to 323 times the reported error.
+
+    Truncation errors keep links folded, and are tiny in steps that are short for another link.
+    """
+    times = np.linspace(0.0, start.duration, 11)
+    found = measured(start, accuracy, times, formulation=formulation)
+    exact = taylor_run(start, times, formulation="kane", precision="quadruple")
+    assert found.worst <= accuracy
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
+def test_an_error_that_peaks_between_two_comparisons_is_bounded():
+    """The tip turns between even times, and its error there is 1.7 times that of all others."""
+    chain = Chain.point_masses((0.15215912741281493, 1.0), (1.0, 1.2661816670339068))
+    q, u = (-1.1081687191620766, -0.3792470439816913), (-4.603042684757414, 1.391905247504983)
+    start = Scene(chain, q, u, 1.908051380612616, GRAVITY)
+    found = measured(start, 1.42, np.array([0.0, start.duration]))
+    places = np.array([0.0, *np.linspace(1.52, 1.54, 200)])
+    exact = taylor_run(start, places, formulation="kane", precision="long double")
+    q, u = found.kept.dense()(places)
+    true = max(apart(q, exact.q).max(), apart(u, exact.u).max())
+    assert 0.3 * found.worst < true <= found.worst
 
 
 def test_the_round_off_of_values_between_all_samples_counts():

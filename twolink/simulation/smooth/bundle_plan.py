@@ -11,20 +11,22 @@ import math
 from typing import Any, NamedTuple
 
 from twolink.integration.precisions import PRECISIONS
-from twolink.simulation.smooth.bundles import RATIOS
+from twolink.simulation.smooth.bundles import RATIOS, SECOND
 from twolink.simulation.smooth.judging import order_for, truncation
 
 # The estimated error of a bundle's first lane, in the error of a run with its truncation errors, in
 # most motions: the estimate is the largest of three, and longer steps leave more terms of the
 # series.
-_ESTIMATED = 12.0
+ESTIMATED = 12.0
 
-# Factor on the estimated error.
-_MARGIN = 10.0
+# Factor on the estimated error: the error was at most 6.8 times as large in 5393 bundles of random
+# motions (`benchmarks.lanes`).
+_MARGIN = 20.0
 
 # Factor on the distance of two lanes, which is known at some times: between these it was at most
-# 1.18 times as large in 4473 bundles of random motions (`benchmarks.lanes`).
-_BETWEEN = 1.5
+# 1.18 times as large in bundles of random motions (`benchmarks.lanes`), and 1.91 times where a
+# search had placed the fastest turn of a whip between them.
+_BETWEEN = 2.0
 
 # The error that round-off leaves, in roundings times the growth, of motions where it is large: it
 # was 12 in one of a hundred random motions, and 0.4 in half of them. Where it was more, up to 43,
@@ -54,11 +56,25 @@ _LARGER_THAN_START, _LARGER_THAN_MOTION = 8.0, 2.0
 _LONGER = 0.3
 
 
+# The least and the largest part by which the start of a lane is moved: round-off is far less, and
+# its distance from the first lane is in proportion.
+_LEAST_OFFSET, _LARGEST_OFFSET = 1024 * PRECISIONS["double"].rounding, 1e-4
+
+
 class BundlePlan(NamedTuple):
     """The order of a bundle, and the size of the state of its first lane."""
 
     order: int
     size: float
+
+    @property
+    def offset(self) -> float:
+        """The part by which the start of the last lane is moved.
+
+        It grows to about as much as the error of the second lane.
+        """
+        part = ESTIMATED * float(RATIOS[SECOND]) * truncation(self.order)
+        return min(max(part, _LEAST_OFFSET), _LARGEST_OFFSET)
 
 
 class Bounds(NamedTuple):
@@ -86,16 +102,16 @@ def bounds(estimate: float, distance: float, growth: float, of_step: float) -> B
     """
     # Steps that are shorter than those of the order, at the cap, show too little growth.
     first = _MARGIN * estimate + _ROUND_OFF * max(1.0, growth) + of_step
-    return Bounds(first, _BETWEEN * distance + float(RATIOS[1]) * of_step + first)
+    return Bounds(first, _BETWEEN * distance + float(RATIOS[SECOND]) * of_step + first)
 
 
 def growth_of(estimate: Any, truncated: float) -> Any:
-    """Return the error of a run with a truncation error of 1 on each step.
+    """Return the error of a run with an error of 1 on each step.
 
     `estimate` is that of a first lane whose truncation errors are the part `truncated` of its
     state.
     """
-    return estimate / (_ESTIMATED * truncated)
+    return estimate / (ESTIMATED * truncated)
 
 
 class Known(NamedTuple):
@@ -135,8 +151,8 @@ def bundle_plan(accuracy: float, start: Start, known: Known | None = None) -> Bu
     # What one step misses, in its truncation error.
     of_step = start.speed * missed_by_step(0, state) / truncation(0)
     # For the second lane, or at least for the first.
-    for ratio, of_distance in ((float(RATIOS[1]), _BETWEEN), (1.0, 0.0)):
-        factor = (of_distance * ratio + _MARGIN) * _ESTIMATED * expected + ratio * of_step
+    for ratio, of_distance in ((float(RATIOS[SECOND]), _BETWEEN), (1.0, 0.0)):
+        factor = (of_distance * ratio + _MARGIN) * ESTIMATED * expected + ratio * of_step
         order = max(order_for(room / factor / least), _LOWEST_ORDER)
         if order <= _HIGHEST_ORDER:
             return BundlePlan(order, state * _part(order, room / factor, least))

@@ -1,18 +1,21 @@
 """The lanes of a bundle, whose differences measure their errors.
 
-Let e be the error of the first lane. The truncation errors of the steps of lane k are R_k = 300,
-600, 1200 times as large. Errors of steps add up with the growth of the motion, so that the error of
-lane k is about R_k e, and its distance from the first lane, D_k, differs from it by e alone. But
-where a few fast steps make all the error, it depends on the places of the steps, and may happen to
-vanish. The steps of three lanes end at different places, so that
+Let e be the truncation error of the first lane. The truncation errors of the steps of lane k are
+R_k times as large, 300 and 900 times for the two that follow. Errors of steps add up with the
+growth of the motion, so that the error of lane k is about R_k e, and its distance from the first
+lane, D_k, differs from it by e alone. But where a few fast steps make all the error, it depends on
+the places of the steps, and may happen to vanish: by a factor of 100 in one of a hundred motions.
+The steps of two lanes end at different places, so that max_k D_k / R_k is an estimate of e.
 
-    E = max_k D_k / R_k
+The last lane has the steps of the first one, and starts elsewhere, by a part δ of the angles and
+speeds. Its distance from the first lane, divided by δ, is the growth G of an error of the start. An
+error on each step grows by more, seven times at the median: E is at least what G lets expect. And
+round-off grows by G also where truncation errors do not show it, as they are far smaller than those
+of the order, in steps at the cap, or keep a symmetry of the motion, such as links that spin folded.
 
-is an estimate of e from above in most motions. The second lane has an error of at most D_1 + e:
-nearly its distance, as E is a small part of it. The first lane has e, and is the result if only it
-has the accuracy. The bounds have margins (`bundle_plan`), which `benchmarks.lanes` measures: in
-4473 bundles of 1214 random chains, over 10 s at orders from 9 to 19, the error of the first lane
-was at most 0.49 of its bound, and that of the second 0.66.
+The second lane has an error of at most D_1 + e: nearly its distance, as E is a small part of it.
+The first lane has e, and is the result if only it has the accuracy. The bounds have margins
+(`bundle_plan`), which `benchmarks.lanes` measures.
 """
 
 from __future__ import annotations
@@ -25,10 +28,12 @@ from typing import Any
 
 import numpy as np
 
+from twolink.arithmetic import Pair
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.bundle_plan import (
+    ESTIMATED,
     Bounds,
     BundlePlan,
     Known,
@@ -37,7 +42,14 @@ from twolink.simulation.smooth.bundle_plan import (
     growth_of,
     missed_by_step,
 )
-from twolink.simulation.smooth.bundles import RATIOS, Followed
+from twolink.simulation.smooth.bundles import (
+    FIRST,
+    LONGEST,
+    MOVED,
+    RATIOS,
+    SECOND,
+    Followed,
+)
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.lane_run import LaneRun, Lanes, lanes
@@ -62,6 +74,15 @@ _SATURATED = 30.0
 # The order divided by the length of a step, in longest ones, in most motions.
 _OF_A_STEP = 100.0
 
+# The direction in which the start of the last lane is moved: no symmetric one.
+_DIRECTION = (1.0, -0.7), (-0.8, 0.9)
+
+# The part of a step by which steps at the cap differ.
+_EVEN = 0.01
+
+# The truncation error that the growth from the start lets expect: in most motions it is larger.
+_OF_START = 1.0
+
 # Even times of comparison, at least, and in each time in which the motion changes at its start.
 _COMPARED, _IN_A_LONGEST_STEP = 128, 8
 
@@ -74,21 +95,25 @@ _MOST_COMPARED = 20_000
 
 @dataclass(frozen=True, eq=False)
 class Bundled:
-    """The `lanes` of a bundle with a `plan`, as runs at some `times` (s), and their errors."""
+    """The `lanes` of a bundle with a `plan`, as runs at some `times` (s), and their errors.
+
+    The start of the last lane is `moved` by this part of the variables.
+    """
 
     lanes: Lanes
     plan: BundlePlan
     times: Array
+    moved: float
 
     @cached_property
     def first(self) -> LaneRun:
         """The first lane, as a run."""
-        return self.lanes.run(0, self.times)
+        return self.lanes.run(FIRST, self.times)
 
     @cached_property
     def second(self) -> LaneRun:
         """The second lane, as a run."""
-        return self.lanes.run(1, self.times)
+        return self.lanes.run(SECOND, self.times)
 
     @property
     def found(self) -> Followed:
@@ -107,44 +132,65 @@ class Bundled:
 
     @cached_property
     def _apart(self) -> Array:
-        """The distances of the other lanes from the first, shape (lanes - 1, 4, n)."""
-        return np.abs(self.found.motions[1:] - self.found.motions[0])
+        """The distances of all lanes from the first, shape (lanes, 4, n)."""
+        return np.abs(self.found.motions - self.found.motions[FIRST])
 
     @cached_property
     def estimates(self) -> Array:
-        """The estimated error of the first lane (rad, rad/s) so far, at the times of the grid.
+        """The estimated truncation error of the first lane so far, at the times of the grid.
 
         It is unknown where the truncation errors of the lanes do not have their ratios.
         """
-        ratios = np.maximum(self.plan.size * RATIOS[1:], self.largest) / self._size
-        if ratios[0] < _LEAST_PART * RATIOS[1]:
+        coarser = slice(SECOND, LONGEST + 1)
+        ratios = np.maximum(self.plan.size * RATIOS[coarser], self.largest) / self._size
+        if ratios[0] < _LEAST_PART * RATIOS[SECOND]:
             return np.full(len(self.grid), math.inf)
-        largest = self._apart.max(axis=1)
-        return np.asarray(np.maximum.accumulate((largest / ratios[:, None]).max(axis=0)))
+        largest = self._apart[coarser].max(axis=1)
+        found = np.maximum.accumulate((largest / ratios[:, None]).max(axis=0))
+        if np.ptp(self._lengths) <= _EVEN * self._lengths.max():
+            # At the cap all steps are shorter than those of the order.
+            return np.asarray(found)
+        of_start = _OF_START * ESTIMATED * self._truncated * self._grown_from_start
+        return np.asarray(np.maximum(found, of_start))
+
+    @cached_property
+    def _grown_from_start(self) -> Array:
+        """The growth of an error of the start so far, at the times of the grid."""
+        return np.asarray(np.maximum.accumulate(self._apart[MOVED].max(axis=0)) / self.moved)
 
     @property
     def estimate(self) -> float:
-        """The estimated error of the first lane (rad, rad/s) over the whole motion."""
+        """The estimated truncation error of the first lane (rad, rad/s) over the whole motion."""
         return float(self.estimates[-1])
 
     @cached_property
     def distance(self) -> float:
         """The distance of the second lane from the first (rad, rad/s) over the whole motion."""
-        return float(self._apart[0].max())
+        return float(self._apart[SECOND].max())
 
     @property
     def growth(self) -> float | None:
-        """The error of a run with a truncation error of 1 on each step; None if it is unknown."""
-        return float(self._grown(self.estimate)) if math.isfinite(self.estimate) else None
+        """The error of a run with an error of 1 on each step; None if it is unknown."""
+        return float(self._growths[-1]) if math.isfinite(self.estimate) else None
 
     def grown_at(self, times: Array) -> Array:
         """Return the growth up to each time (s), shape (n,)."""
-        return self._grown(largest_until(times, self.grid, self.estimates))
+        return largest_until(times, self.grid, self._growths)
 
-    def _grown(self, estimates: Array | float) -> Array:
-        """Return the growth that estimates show: truncation errors are relative to the state."""
-        of_state = self._size / self.largest * truncation(self.plan.order)
-        return np.asarray(growth_of(estimates, of_state))
+    @cached_property
+    def _growths(self) -> Array:
+        """The growth so far, at the times of the grid: truncation errors are relative to the state.
+
+        Where steps are shorter than those of the order, or a symmetry of the motion is kept by its
+        truncation errors, that of an error of the start is larger.
+        """
+        of_steps = growth_of(self.estimates, self._truncated)
+        return np.asarray(np.maximum(of_steps, self._grown_from_start))
+
+    @property
+    def _truncated(self) -> float:
+        """The truncation error of a step of the first lane, as a part of the largest variable."""
+        return float(self._size / self.largest * truncation(self.plan.order))
 
     @property
     def _size(self) -> float:
@@ -156,7 +202,7 @@ class Bundled:
         """The bounds on the errors of the first two lanes; None if they are unknown."""
         if self.growth is None or not self.is_linear:
             return None
-        if not np.ptp(self.found.motions[0], axis=1).any():
+        if not np.ptp(self.found.motions[FIRST], axis=1).any():
             # A chain that stays at rest has no error beside the round-off of its place.
             return Bounds(0.0, 0.0)
         of_step = self._speed * missed_by_step(self.plan.order, self._size)
@@ -165,12 +211,18 @@ class Bundled:
     @property
     def _speed(self) -> float:
         """The error of q or u (rad, rad/s) by one of 1 in a variable, which a step misses."""
-        # The last step may be a part of one. The steps of the first lane are the shortest.
-        lengths = np.diff(self.first.step_times())[:-1]
-        shortest = float(lengths.min(initial=self.lanes.longest_step))
+        shortest = float(self._lengths.min())
         rates = self.plan.order / self.lanes.longest_step, self.plan.order / shortest
         equations = EQUATIONS[self.first.formulation]
         return _of_variables(equations.largest_speed(self.first.scene.moving_chain), rates)
+
+    @cached_property
+    def _lengths(self) -> Array:
+        """The lengths (s) of the steps of the first lane, the shortest, but the last one.
+
+        That may be a part of one.
+        """
+        return np.diff(self.first.step_times())[:-1]
 
     @property
     def known(self) -> Known:
@@ -199,15 +251,15 @@ class Bundled:
 
         The first lane has the shortest steps, and is the nearest to the motion of later ones.
         """
-        return np.asarray(merged([0.0], self.found.ends[0]))
+        return np.asarray(merged([0.0], self.found.ends[FIRST]))
 
     @cached_property
     def _steps(self) -> Array:
-        """The boundaries (s) of the steps of the last lane."""
-        return np.asarray(merged([0.0], self.found.ends[-1]))
+        """The boundaries (s) of the longest steps."""
+        return np.asarray(merged([0.0], self.found.ends[LONGEST]))
 
     def _unseen(self, count: int) -> Any:
-        """Return whether so many steps of the last lane, from each on, have no comparison."""
+        """Return whether so many of the longest steps, from each on, have no comparison."""
         known = np.searchsorted(self.grid, self._steps, side="right")
         return known[count:] == known[:-count]
 
@@ -232,6 +284,7 @@ def bundled(
         even = math.ceil(_IN_A_LONGEST_STEP * scene.duration / longest_step)
         count = min(max(_COMPARED, even), _MOST_EVEN)
         visit = np.linspace(0.0, scene.duration, count + 1)
+    part = plan.offset
     found = lanes(
         scene,
         merged(times, visit),
@@ -240,8 +293,17 @@ def bundled(
         size=plan.size,
         longest_step=longest_step,
         progress=progress,
+        moved=_moved(scene, part),
     )
-    return Bundled(found, plan, times)
+    return Bundled(found, plan, times, part)
+
+
+def _moved(scene: Scene, part: float) -> tuple[Pair, Pair]:
+    """Return a start that differs by a part of the angles, at least of 1 rad, and speeds."""
+    (q1, q2), (u1, u2) = scene.q, scene.u
+    angle, speed = part * max(1.0, abs(q1), abs(q2)), part * max(abs(u1), abs(u2))
+    (a, b), (c, d) = _DIRECTION
+    return (q1 + a * angle, q2 + b * angle), (u1 + c * speed, u2 + d * speed)
 
 
 def _of_variables(by_momenta: float, rates: tuple[float, float]) -> float:

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from twolink.arithmetic import Pair
 from twolink.chain import Chain
 from twolink.errors import IntegrationError
 from twolink.integration.precisions import PRECISIONS
@@ -31,8 +32,11 @@ from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS, expressions_of
 from twolink.values import Content
 
-RATIOS = np.array([1.0, 300.0, 600.0, 1200.0])
+RATIOS = np.array([1.0, 300.0, 900.0, 1.0])
 """The truncation errors of the steps of all lanes, in those of the first."""
+
+FIRST, SECOND, LONGEST, MOVED = range(4)
+"""The lanes: the first, the second, that of the longest steps, and that of another start."""
 
 _LANES = len(RATIOS)
 
@@ -78,11 +82,13 @@ class Bundle:
         size: float,
         cap: float,
         progress: Callable[[float], None] | None = None,
+        moved: tuple[Pair, Pair] | None = None,
     ) -> Followed:
         """Return the motions at rising times of a grid (s), within the duration of a scene.
 
-        The first lane has the `size` of its state, and no step is longer than `cap` (s). Raises
-        `IntegrationError` if a lane does not reach the end.
+        The first lane has the `size` of its state, and no step is longer than `cap` (s). The last
+        lane starts from angles and speeds that are `moved`. Raises `IntegrationError` if a lane
+        does not reach the end.
         """
         caps = self._caps(scene.duration, cap)
         parts = list(_parts(grid, scene.duration, cap))
@@ -90,7 +96,7 @@ class Bundle:
         ends: list[bytes] = []
         steps = np.zeros(_LANES, int)
         with self.pool.lend() as integrator:
-            self._start(integrator, scene, size)
+            self._start(integrator, scene, size, moved or (scene.q, scene.u))
             note = _noting(integrator, ends)
             for part in parts:
                 known, taken = _followed(integrator, part, caps, note)
@@ -117,17 +123,19 @@ class Bundle:
         u = EQUATIONS[self.formulation].to_speeds(self.chain, tuple(q), tuple(x))
         return np.stack([*q, *u], axis=1)
 
-    def _start(self, integrator: Any, scene: Scene, size: float) -> None:
-        """Set an integrator to the start of a scene."""
-        second = EQUATIONS[self.formulation].from_speeds(self.chain, scene.q, scene.u)
-        integrator.state[:4] = np.array([*scene.q, *second])[:, None]
+    def _start(self, integrator: Any, scene: Scene, size: float, moved: tuple[Pair, Pair]) -> None:
+        """Set an integrator to the start of a scene, and its last lane to one that is moved."""
+        equations = EQUATIONS[self.formulation]
+        for lanes, (q, u) in ((slice(MOVED), (scene.q, scene.u)), (slice(MOVED, None), moved)):
+            second = equations.from_speeds(self.chain, q, u)
+            integrator.state[:4, lanes] = np.array([*q, *second])[:, None]
         integrator.state[4] = size * RATIOS
         integrator.set_time(0.0)
 
     def _caps(self, duration: float, cap: float) -> Array:
         """Return the longest step (s) of each lane, in the ratios that other steps have."""
         lengths = RATIOS ** (1 / self.order)
-        found = min(cap, duration / _LEAST_STEPS) * lengths / lengths[-1]
+        found = min(cap, duration / _LEAST_STEPS) * lengths / lengths[LONGEST]
         # heyoka takes no step of zero as the longest one of the shortest motions.
         return np.maximum(found, np.finfo(float).tiny)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from twolink.arithmetic import Pair
 from twolink.integration.operations import Operations, of_taylor_step
 from twolink.names import EquationsName
 from twolink.scene import Scene
@@ -124,18 +125,20 @@ def lanes(
     size: float,
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
+    moved: tuple[Pair, Pair] | None = None,
 ) -> Lanes:
     """Return the motions of all lanes at rising times of a grid (s), the first of them 0.
 
-    The first lane has the `size` of its state, and no step is longer than `longest_step` (s).
-    Raises `IntegrationError` if a lane does not reach the end.
+    The first lane has the `size` of its state, and no step is longer than `longest_step` (s). The
+    last lane starts from angles (rad) and speeds (rad/s) that are `moved`. Raises
+    `IntegrationError` if a lane does not reach the end.
     """
     cap = longest_step or default_longest_step(scene)
     begun = perf_counter()
     compiled = _bundle_of(scene, formulation, order)
     compile_seconds = perf_counter() - begun
     begun = perf_counter()
-    found = compiled.follow(scene, grid, size, cap, progress)
+    found = compiled.follow(scene, grid, size, cap, progress, moved)
     seconds = perf_counter() - begun
     return Lanes(scene, compiled, cap, size, grid, found, compile_seconds, seconds)
 
