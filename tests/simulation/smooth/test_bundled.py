@@ -141,6 +141,14 @@ def test_the_growth_is_at_least_that_of_an_error_of_the_start():
     assert growth_of(found.estimate, 30.0 / found.largest * truncation(17)) <= found.growth / 5
 
 
+def test_a_motion_whose_truncation_errors_hide_round_off_is_known(random):
+    spin = Scene(Chain.point_masses(), (1.0, 1.0 + math.pi), (2.0, 2.0), 12.0, ())
+    assert lanes_of(spin, 17, 30.0).hides_round_off
+    assert not lanes_of(CALM).hides_round_off
+    for _ in range(30):
+        assert not lanes_of(random_scene(random, events=False), 15, 200.0).hides_round_off
+
+
 def test_the_error_of_the_second_lane_is_its_distance_from_the_first():
     found = lanes_of(CALM)
     exact = exact_of(CALM)

@@ -205,6 +205,8 @@ class _Search:
         """
         if found.growth is None:
             return None
+        if found.hides_round_off:
+            self.prediction = replace(self.prediction, hide=True)
         grown = found.grown_at(self.runs.times)
         self.prediction = self.prediction.learned(grown)
         bounds = found.bounds
@@ -349,6 +351,7 @@ class _Search:
     def _judged(self, compared: _Compared, margin: float) -> Array:
         """Return the error that the difference of two runs bounds."""
         apart, shared, rounding = compared
+        margin *= self.prediction.caution
         return np.asarray(margin * apart + shared + self.prediction.shared_round_off(rounding))
 
 
