@@ -119,7 +119,7 @@ ROWS = {
         "effects_cost simulate",
     ],
     "twolink.simulation.smooth": [
-        "equations judging sized",
+        "equations judging moved_start sized",
         "balance bundles changes load_sizes",
         "bundle_plan longest_step pieces",
         "flows quadrature rates steps visited",

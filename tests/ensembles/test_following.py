@@ -1,12 +1,18 @@
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.ensembles.cases import starts
 from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts, with_wild_neighbours
+from twolink.chain import Chain
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import LANES, System
 from twolink.ensembles.following import Follower, LostError
 from twolink.errors import SimulationError
+from twolink.scene import Scene
+from twolink.simulation.smooth.taylor import taylor_run
 
 
 def followed(q, u, order, scene=FALL, duration=DURATION, growths=None):
@@ -95,3 +101,20 @@ def test_bounds_hold_for_a_thousand_runs():
     sure = truth["error"] < rows["error"] / 10
     assert sure.sum() > 200
     assert (apart <= rows["error"] + truth["error"])[sure].all()
+
+
+@pytest.mark.parametrize("order", [11, 15])
+def test_the_bound_holds_where_truncation_errors_do_not_show_round_off(order):
+    """Links that spin folded leave that by the round-off of the start, which all runs share."""
+    chain, duration = Chain.point_masses((1.0, 1.0), (1.0, 0.6)), 8.0
+    first = np.linspace(-3.0, 3.0, LANES)
+    q, u = np.array([first, first + math.pi]), np.full((2, LANES), 2.0)
+    spin = Scene(chain, (0.0, math.pi), (2.0, 2.0), duration, ())
+    follower, _ = followed(q, u, order, spin, duration)
+    for k in range(LANES):
+        start = replace(spin, q=tuple(q[:, k].tolist()))
+        ends = np.array([0.0, duration])
+        exact = taylor_run(start, ends, formulation="kane", precision="quadruple")
+        last = np.concatenate([exact.q, exact.u])[:, -1].astype(float)
+        end = np.concatenate([follower.ends.q, follower.ends.u])[:, k]
+        assert np.abs(end - last).max() <= follower.ends.errors[k]

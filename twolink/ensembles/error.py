@@ -17,6 +17,7 @@ from twolink.ensembles.blocks import ROUNDING, Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import MARGIN_OF_ORDERS, truncation
+from twolink.simulation.smooth.moved_start import MOVED, ON_EACH_STEP
 from twolink.simulation.smooth.round_off import A_VALUE, MOST_ROUND_OFF
 
 Array = NDArray[np.float64]
@@ -68,6 +69,15 @@ class SoFar(NamedTuple):
         differences = np.maximum.accumulate(np.maximum(now[0], self.differences))
         sizes = np.maximum.accumulate(np.maximum(now[1], self.sizes))
         return SoFar(differences, sizes, np.maximum(self.growths, differences / truncation(order)))
+
+    def with_start(self, apart: Array) -> SoFar:
+        """Return the measures with the growth of errors of the start, shape (m, n).
+
+        `apart` are the distances at the times of the measures from runs that are `MOVED`.
+        """
+        with np.errstate(all="ignore"):
+            grown = ON_EACH_STEP / (MOVED * ROUNDING) * np.maximum.accumulate(apart)
+        return self._replace(growths=np.maximum(self.growths, grown))
 
     def bounds(self, steps: Array) -> Array:
         """Return bounds on the errors (rad, rad/s) of runs after some numbers of steps."""

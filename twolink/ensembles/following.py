@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.ensembles.blocks import Block, Ends, Lanes
+from twolink.ensembles.blocks import ROUNDING, Block, Ends, Lanes
 from twolink.ensembles.compiled import FORMULATION, LANES, System
 from twolink.ensembles.error import SoFar, states_at_ends, states_of
 from twolink.ensembles.speeds import Speeds, derivatives, truncation_within
@@ -22,6 +22,7 @@ from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import MORE_ORDERS
 from twolink.simulation.smooth.longest_step import paces
+from twolink.simulation.smooth.moved_start import MOVED, moved_start
 
 Array = NDArray[np.float64]
 
@@ -124,9 +125,10 @@ class Follower:
         kept_pool, judge_pool = (
             self.system.integrator(order) for order in (self.order, self.order + MORE_ORDERS)
         )
-        with kept_pool.lend() as kept, judge_pool.lend() as judge:
-            for integrator in (kept, judge):
-                self._start(integrator)
+        with kept_pool.lend() as kept, judge_pool.lend() as judge, kept_pool.lend() as other:
+            self._start(kept)
+            self._start(judge)
+            self._start(other, moved=MOVED * ROUNDING)
             recorder = Recorder(kept)
             while (before < duration).any():
                 part = recorder.part(kept, duration, cap)
@@ -135,7 +137,8 @@ class Follower:
                     check_rates(self.lanes, first[:, 0], first[:, 1], 0.0)
                 self.steps += len(part.lengths)
                 moves = np.diff(part.times, axis=0) > 0
-                errors = compare.errors(part, moves, through(judge, part.times, cap))
+                beside = (through(each, part.times, cap) for each in (judge, other))
+                errors = compare.errors(part, moves, *beside)
                 lengths = np.where(moves, part.lengths, 0.0)
                 speeds = partial(self._speeds, part, lengths, errors)
                 yield Block(
@@ -158,9 +161,11 @@ class Follower:
         none, cuts = np.zeros_like(lengths), truncation_within(coefficients)
         return Speeds(part.times[:-1], clocks, coefficients, cuts, errors, none, lengths > 0)
 
-    def _start(self, integrator: Any) -> None:
-        """Set an integrator to the starts."""
+    def _start(self, integrator: Any, moved: float = 0.0) -> None:
+        """Set an integrator to the starts, or to others that are moved by a part."""
         chain, q, u = self.lanes.chain, tuple(self.lanes.q), tuple(self.lanes.u)
+        if moved:
+            q, u = moved_start(q, u, moved)
         second = EQUATIONS[FORMULATION].from_speeds(chain, q, u)
         integrator.state[:] = [*q, *second]
         # Equations have no parameters after the last one that they use.
@@ -179,16 +184,18 @@ class _Comparison:
         self.growths = np.zeros((PLACES + 1, LANES))
         self.so_far = np.zeros(LANES)
 
-    def errors(self, kept: Part, moves: Any, judged: Array) -> Array:
+    def errors(self, kept: Part, moves: Any, judged: Array, moved: Array) -> Array:
         """Return the bounds on the error (rad, rad/s) up to the end of each step (n, lanes).
 
         `moves` says in which steps a run has not ended before, shape (n, lanes); `judged` has the
-        variables of the judge at the ends of the steps, shape (n, 4, lanes).
+        variables of the judge at the ends of the steps, shape (n, 4, lanes), and `moved` those of a
+        run from a start nearby.
         """
-        first, second = (
-            states_at_ends(self._chain, rows) for rows in (_ends_of_steps(kept), judged)
+        first, second, third = (
+            states_at_ends(self._chain, rows) for rows in (_ends_of_steps(kept), judged, moved)
         )
         measured = self._measured.with_states(self._chain, first, second, self._order, moves)
+        measured = measured.with_start(np.where(moves, np.abs(third - first).max(axis=0), 0.0))
         steps = np.cumsum(moves, axis=0) + self._steps
         self._measured, self._steps = measured.of(-1), steps[-1]
         # The first of the evenly spaced times that is not before the end of a step.

@@ -28,7 +28,6 @@ from typing import Any
 
 import numpy as np
 
-from twolink.arithmetic import Pair
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
@@ -53,6 +52,7 @@ from twolink.simulation.smooth.bundles import (
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.lane_run import LaneRun, Lanes, lanes
+from twolink.simulation.smooth.moved_start import ON_EACH_STEP, moved_start
 from twolink.simulation.smooth.visited import largest_until
 from twolink.times import merged
 
@@ -74,9 +74,6 @@ _SATURATED = 30.0
 # The order divided by the length of a step, in longest ones, in most motions.
 _OF_A_STEP = 100.0
 
-# The direction in which the start of the last lane is moved: no symmetric one.
-_DIRECTION = (1.0, -0.7), (-0.8, 0.9)
-
 # The part of a step by which steps at the cap differ.
 _EVEN = 0.01
 
@@ -86,10 +83,6 @@ _OF_START = 1.0
 # The growth from the start, in that which truncation errors show, where these hide round-off: in
 # 150 random motions it was at most 31.
 _HIDDEN = 50.0
-
-# The growth of errors on each step, in that from the start: it was seven times as large at the
-# median of random motions, whose truncation errors show it.
-_ON_EACH_STEP = 4.0
 
 # Even times of comparison, at least, and in each time in which the motion changes at its start.
 _COMPARED, _IN_A_LONGEST_STEP = 128, 8
@@ -206,7 +199,7 @@ class Bundled:
         truncation errors, that of an error of the start is larger.
         """
         of_steps = growth_of(self.estimates, self._truncated)
-        return np.asarray(np.maximum(of_steps, _ON_EACH_STEP * self._grown_from_start))
+        return np.asarray(np.maximum(of_steps, ON_EACH_STEP * self._grown_from_start))
 
     @property
     def _truncated(self) -> float:
@@ -314,17 +307,9 @@ def bundled(
         size=plan.size,
         longest_step=longest_step,
         progress=progress,
-        moved=_moved(scene, part),
+        moved=moved_start(scene.q, scene.u, part),
     )
     return Bundled(found, plan, times, part)
-
-
-def _moved(scene: Scene, part: float) -> tuple[Pair, Pair]:
-    """Return a start that differs by a part of the angles, at least of 1 rad, and speeds."""
-    (q1, q2), (u1, u2) = scene.q, scene.u
-    angle, speed = part * max(1.0, abs(q1), abs(q2)), part * max(abs(u1), abs(u2))
-    (a, b), (c, d) = _DIRECTION
-    return (q1 + a * angle, q2 + b * angle), (u1 + c * speed, u2 + d * speed)
 
 
 def _of_variables(by_momenta: float, rates: tuple[float, float]) -> float:

@@ -58,6 +58,7 @@ from twolink.simulation.smooth.judging import (
     truncation,
 )
 from twolink.simulation.smooth.longest_step import Pace
+from twolink.simulation.smooth.moved_start import ON_EACH_STEP
 from twolink.simulation.smooth.prediction import Prediction
 from twolink.simulation.smooth.round_off import (
     LoadsAlong,
@@ -223,6 +224,7 @@ class _Search:
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
         truncated = PRECISIONS[precision].truncated_order
+        from_start: Array | None = None
         order = self.prediction.order_of_pair(self.accuracy, precision)
         if self.prediction.grown is None:
             # The growth of errors selects all further runs, and bounds their round-off. A pair near
@@ -231,6 +233,9 @@ class _Search:
         while order <= truncated:
             order = self._cheapest_pair(precision, order, truncated)
             kept, judge, apart = self.runs.pair(precision, (order, order + MORE_ORDERS))
+            if from_start is None:
+                from_start = self.runs.grown_from_start(precision, order)
+                self.prediction = self.prediction.learned(ON_EACH_STEP * from_start)
             compared = self._compared(kept, judge, apart)
             errors = self._judged(compared, MARGIN_OF_ORDERS)
             grown = errors / MARGIN_OF_ORDERS / truncation(order)

@@ -22,6 +22,7 @@ from twolink.simulation.smooth.bundle_plan import BundlePlan
 from twolink.simulation.smooth.bundled import Bundled, bundled, can_be_compared
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.integrators import compile_ahead
+from twolink.simulation.smooth.moved_start import MOVED
 from twolink.simulation.smooth.rates import compile_jacobians_ahead, wait_for_jacobians
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.steps import Observer, Steps
@@ -88,6 +89,19 @@ class Runs:
             first, second = (self.again(precision, order) for order in orders)
         return first, second, found.unknown()
 
+    def grown_from_start(self, precision: PrecisionName, order: int) -> Array:
+        """Return the growth of an error of the start up to each time, shape (n,).
+
+        Another run of this order starts elsewhere. Its steps have nearly the same truncation
+        errors, so that its distance from the known run is the growth of its start's.
+        """
+        part, visit = MOVED * PRECISIONS[precision].rounding, self.visit
+        other = self.new(precision, order, moved=part)
+        # Later runs are compared with the known one.
+        self.visit = visit
+        found = compared(visited_by(self.known[precision, order]), visited_by(other))
+        return np.asarray(found.until(self.times) / part)
+
     @property
     def may_be_bundled(self) -> bool:
         """Whether lanes side by side can be compared often enough, and their steps are resolved."""
@@ -148,11 +162,12 @@ class Runs:
         order: int,
         observe: Observer | None = None,
         go_on: Callable[[], None] | None = None,
+        moved: float = 0.0,
     ) -> TaylorRun:
         """Return a new run of a precision and an order, with steps that pass no change of loads.
 
-        Later runs visit the ends of its steps. It calls `go_on` now and then. Raises `UnseenError`
-        if even the shortest steps do.
+        Its start may be `moved` by a part. Later runs visit the ends of its steps. It calls `go_on`
+        now and then. Raises `UnseenError` if even the shortest steps do.
         """
         # Steps of another order and of longer numbers end elsewhere.
         visit = self.visit if precision == "double" else with_middles(self.visit)
@@ -177,6 +192,7 @@ class Runs:
                 ahead=self.ahead,
                 progress=advance,
                 observe=_together(observe, residuals),
+                moved=moved,
             )
             self.made.append(found)
             return CheckedRun(found, math.inf if residuals is None else residuals.longest_step)

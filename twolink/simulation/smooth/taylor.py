@@ -24,10 +24,14 @@ from twolink.times import merged
 
 @dataclass(frozen=True, kw_only=True)
 class TaylorRun(VisitingRun):
-    """A motion without events, by one run of one integrator, `compiled` for it to some code."""
+    """A motion without events, by one run of one integrator, `compiled` for it to some code.
+
+    That of a judge starts elsewhere: its start is `moved` by a part (`moved_start`).
+    """
 
     compiled: Integrators | None = field(repr=False, compare=False)
     code: Code
+    moved: float = 0.0
 
     @property
     def arithmetic(self) -> Operations:
@@ -50,9 +54,8 @@ class TaylorRun(VisitingRun):
             moments, place = np.unique(times, return_inverse=True)
             ends = np.array([0.0, self.scene.duration])
             grid, places = np.unique(np.concatenate([ends, moments]), return_inverse=True)
-            found = own.follow(
-                self.scene, PRECISIONS[self.precision].array(grid), self.longest_step, None
-            )
+            exact = PRECISIONS[self.precision].array(grid)
+            found = own.follow(self.scene, exact, self.longest_step, None, moved=self.moved)
             assert found is not None
             return tuple(values[:, places[2:][place]] for values in (found.q, found.u))
 
@@ -60,7 +63,7 @@ class TaylorRun(VisitingRun):
 
     def step_times(self) -> Any:
         """Return the boundaries (s) of the steps, in float64."""
-        return self._code.step_times(self.scene, self.longest_step)
+        return self._code.step_times(self.scene, self.longest_step, self.moved)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the run without its compiled code, which is recompiled on demand."""
@@ -80,6 +83,7 @@ def taylor_run(
     ahead: CompilationThread | None = None,
     progress: Callable[[float], None] | None = None,
     observe: Observer | None = None,
+    moved: float = 0.0,
 ) -> TaylorRun:
     """Return the motion of a scene by Taylor series at increasing times (s), the first of them 0.
 
@@ -87,14 +91,15 @@ def taylor_run(
     step. A run that takes too many steps for its `code`, by default the first of the precision,
     begins anew with the next one: only the scene decides which code runs, as their round-off
     differs. With times to `visit` (s) the run has its motion there and at the ends of its steps. A
-    thread may compile it `ahead`. Raises `SimulationError` if the motion cannot be
-    integrated to the last time. `progress` receives the completed share, and `observe` the steps.
+    thread may compile it `ahead`. The start may be `moved` by a part. Raises `SimulationError` if
+    the motion cannot be integrated to the last time. `progress` receives the completed share, and
+    `observe` the steps.
     """
     cap = longest_step or default_longest_step(scene)
     every = times if visit is None else merged(times, visit)
     key = key_of(scene, formulation, precision, order)
     first = PRECISIONS[precision].codes.index(code or PRECISIONS[precision].codes[0])
-    made = _made(scene, key, first, every, cap, ahead, progress, observe, visit is not None)
+    made = _made(scene, key, first, every, cap, ahead, progress, observe, visit is not None, moved)
     found, place, visited = made.motion, slice(None), None
     if visit is not None:
         exact = PRECISIONS[precision].number is float
@@ -114,6 +119,7 @@ def taylor_run(
         run_seconds=made.run_seconds,
         compiled=made.compiled,
         code=made.code,
+        moved=moved,
         visited=visited,
     )
 
@@ -138,6 +144,7 @@ def _made(
     progress: Callable[[float], None] | None,
     observe: Observer | None,
     visits: bool,
+    moved: float,
 ) -> _Made:
     """Return the motion at times (s) by the code for its number of steps, from the `first` on."""
     own = PRECISIONS[key.precision]
@@ -149,7 +156,7 @@ def _made(
         compiled = INTEGRATORS(*key.of(code))
         compile_seconds += perf_counter() - start
         start = perf_counter()
-        found = compiled.follow(scene, grid, cap, progress, code.steps, observe, visits)
+        found = compiled.follow(scene, grid, cap, progress, code.steps, observe, visits, moved)
         run_seconds = perf_counter() - start
         if found is not None:
             return _Made(found, compiled, code, compile_seconds, run_seconds)
