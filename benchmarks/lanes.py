@@ -3,7 +3,7 @@
 Random general chains from random starts, 10 s, by bundles of each order at random sizes of the
 state. Of those whose errors grow in proportion: the true errors of the first two lanes divided by
 their bounds, at 401 times at which lanes are compared, and the largest distance of the lanes
-anywhere, at eight times in each step of the last lane, divided by that where they are compared. The
+anywhere, at eight times in each of the longest steps, divided by that where they are compared. The
 true error is that to a run in long doubles by Kane's equations. Then the time of a step of four
 lanes, in that of one run of the same order.
 """
@@ -25,6 +25,7 @@ from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.bundle_plan import BundlePlan
 from twolink.simulation.smooth.bundled import Bundled, bundled
+from twolink.simulation.smooth.bundles import FIRST, LONGEST, SECOND
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -77,13 +78,13 @@ def looked_at(scene: Scene, order: int, size: float, exact: Array) -> Found | No
 
 def anywhere(found: Bundled) -> float:
     """Return the distance of the second lane from the first, at times in each of the long steps."""
-    ends = np.unique([0.0, *found.found.ends[-1]])
+    ends = np.unique([0.0, *found.found.ends[LONGEST]])
     shares = np.arange(WITHIN) / WITHIN
     inside = (ends[:-1, None] + np.diff(ends)[:, None] * shares).ravel()
     times = np.union1d(found.grid, inside)
     lanes = found.lanes
     motions = lanes.compiled.follow(lanes.scene, times, lanes.size, lanes.longest_step).motions
-    return float(np.abs(motions[1] - motions[0]).max())
+    return float(np.abs(motions[SECOND] - motions[FIRST]).max())
 
 
 def drawn(random: np.random.Generator, seconds: float) -> Iterator[list[Found]]:

@@ -52,6 +52,22 @@ def test_measures_in_parts_are_those_of_the_whole(random):
     assert whole.growths[1] == 1e9
 
 
+def test_the_growth_from_the_start_counts_where_it_is_larger():
+    """It is unknown, and so is the error, from where the runs are far apart or not finite."""
+    begun = SoFar.at_the_start(at_rest(4))._replace(growths=np.array([0.0, 1e9, 0.0, 0.0]))
+    part = 4096 * ROUNDING
+    apart = np.array([[1e-9, 1e-9, 1e-9, 1e-9], [1e-10, 1e-9, 0.02, np.nan], [0.0, 0.0, 0.0, 0.0]])
+    found = begun._replace(sizes=np.ones(4)).with_start(apart)
+    grown = 4 * 1e-9 / part
+    assert found.growths == pytest.approx(
+        np.array(
+            [[grown, 1e9, grown, grown], *[[grown, 1e9, np.inf, np.inf]] * 2],
+        )
+    )
+    assert np.isinf(found.bounds(np.ones(4))[1:, 2:]).all()
+    assert np.isfinite(found.bounds(np.ones(4))[:, :2]).all()
+
+
 def test_states_after_the_end_of_a_run_do_not_count():
     kept = states([1.0, 1.0], [9.0, 9.0])
     judged = kept + states([0.0, 0.0], [1.0, np.nan])

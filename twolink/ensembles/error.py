@@ -17,7 +17,7 @@ from twolink.ensembles.blocks import ROUNDING, Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import MARGIN_OF_ORDERS, truncation
-from twolink.simulation.smooth.moved_start import MOVED, ON_EACH_STEP
+from twolink.simulation.smooth.moved_start import ON_EACH_STEP, ROUNDINGS, growth_of_moved
 from twolink.simulation.smooth.round_off import A_VALUE, MOST_ROUND_OFF
 
 Array = NDArray[np.float64]
@@ -73,10 +73,11 @@ class SoFar(NamedTuple):
     def with_start(self, apart: Array) -> SoFar:
         """Return the measures with the growth of errors of the start, shape (m, n).
 
-        `apart` are the distances at the times of the measures from runs that are `MOVED`.
+        `apart` are the distances at the times of the measures from runs of a moved start. The
+        growth is infinite, as it is unknown, from where it is not in proportion any more.
         """
-        with np.errstate(all="ignore"):
-            grown = ON_EACH_STEP / (MOVED * ROUNDING) * np.maximum.accumulate(apart)
+        largest = np.maximum.accumulate(np.where(np.isnan(apart), np.inf, apart))
+        grown = ON_EACH_STEP * growth_of_moved(largest, ROUNDINGS * ROUNDING, LINEAR)
         return self._replace(growths=np.maximum(self.growths, grown))
 
     def bounds(self, steps: Array) -> Array:

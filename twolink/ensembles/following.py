@@ -22,7 +22,7 @@ from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import MORE_ORDERS
 from twolink.simulation.smooth.longest_step import paces
-from twolink.simulation.smooth.moved_start import MOVED, moved_start
+from twolink.simulation.smooth.moved_start import ROUNDINGS, moved_start
 
 Array = NDArray[np.float64]
 
@@ -128,7 +128,7 @@ class Follower:
         with kept_pool.lend() as kept, judge_pool.lend() as judge, kept_pool.lend() as other:
             self._start(kept)
             self._start(judge)
-            self._start(other, moved=MOVED * ROUNDING)
+            self._start(other, moved=ROUNDINGS * ROUNDING)
             recorder = Recorder(kept)
             while (before < duration).any():
                 part = recorder.part(kept, duration, cap)

@@ -29,7 +29,7 @@ from twolink.scene import Scene
 from twolink.simulation.formats import LARGEST_FILE, Arrays, format_of
 from twolink.simulation.hybrid.mode import Event, Impact
 from twolink.simulation.run import Array, Lane, Recipe, Statistics
-from twolink.simulation.smooth.bundles import RATIOS
+from twolink.simulation.smooth.bundles import FIRST, SECOND
 from twolink.text import one_line
 
 
@@ -301,8 +301,8 @@ def _is_repeatable(about: About, recipe: Recipe, duration: float) -> bool:
 
 
 def _is_lane(about: About, recipe: Recipe, lane: Lane) -> bool:
-    """Return whether there is a lane for a recipe: lanes are in double precision, uncorrected."""
-    is_there = 0 <= lane.number < len(RATIOS) and 1 <= lane.size < math.inf
+    """Return whether a lane may be a result: the first two, in double precision, uncorrected."""
+    is_there = lane.number in (FIRST, SECOND) and 1 <= lane.size < math.inf
     return is_there and about.precision == "double" and recipe.evaluated_in is None
 
 

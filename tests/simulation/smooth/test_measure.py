@@ -272,6 +272,33 @@ def test_two_runs_do_not_share_the_round_off_of_the_start(speed):
         assert np.all(true_errors(found.kept, exact) <= found.errors)
 
 
+def test_the_error_is_unknown_where_round_off_has_grown_beyond_proportion():
+    """The distance of a moved start ends at the size of the motion, and shows no growth then."""
+    start = folded((9.6, 5.8), (1.9, 0.355), -0.32, 1.88, 7.9)
+    times = np.linspace(0.0, 7.9, 11)
+    exact = taylor_run(start, times, formulation="kane", precision="quadruple")
+    found = measured(start, 0.5, times, correct=False)
+    assert found.kept.precision != "double"
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+    runs = Runs(start, times, "momenta", quiet, 1.0)
+    runs.pair("double", (11, 15))
+    grown = runs.grown_from_start("double", 11)
+    assert np.isfinite(grown[0])
+    assert np.isinf(grown[-1])
+    search = measure._Search(runs, 0.5, False, False)
+    assert np.isinf(next(search._judged_by_order("double")).errors[-1])
+
+
+def test_a_growth_that_lanes_have_shown_takes_no_run():
+    made = Runs(HARD["reference"], TIMES, "momenta", quiet, 1.0)
+    search = measure._Search(made, 1e-4, True, False)
+    search._of_bundle(made.bundle(BundlePlan(15, 30.0)))
+    assert np.isfinite(search.from_start).all()
+    count = len(made.made)
+    next(search._judged_by_order("double"))
+    assert len(made.made) == count + 2
+
+
 def test_a_run_well_above_round_off_is_judged_in_its_own_precision():
     """By lanes side by side, or, where steps are wanted that are those of one run, by two runs."""
     (bundle,) = measured(HARD["no forces"], 1e-6).runs

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from twolink.integration.precisions import PRECISIONS
-from twolink.simulation.smooth.moved_start import moved_start
+from twolink.simulation.smooth.moved_start import growth_of_moved, moved_start
 
 
 def test_a_start_is_moved_by_a_part_of_the_largest_angle_and_speed():
@@ -41,3 +41,9 @@ def test_each_start_of_several_is_moved_by_its_own_part():
         alone = moved_start(tuple(q[:, k]), tuple(u[:, k]), 1e-3)
         assert tuple(found[:, k]) == alone[0]
         assert tuple(speeds[:, k]) == alone[1]
+
+
+def test_the_growth_is_unknown_where_it_is_not_in_proportion_any_more():
+    apart = np.array([0.0, 1e-6, 0.1, 0.2, np.inf, np.nan])
+    found = growth_of_moved(apart, 1e-9, 0.1)
+    assert found == pytest.approx([0.0, 1e3, 1e8, np.inf, np.inf, np.inf])

@@ -19,12 +19,12 @@ from twolink.simulation.smooth.judging import order_for, truncation
 # series.
 ESTIMATED = 12.0
 
-# Factor on the estimated error: the error was at most 6.8 times as large in 5393 bundles of random
+# Factor on the estimated error: the error was at most four times as large in 1722 bundles of random
 # motions (`benchmarks.lanes`).
 _MARGIN = 20.0
 
 # Factor on the distance of two lanes, which is known at some times: between these it was at most
-# 1.18 times as large in bundles of random motions (`benchmarks.lanes`), and 1.91 times where a
+# 1.16 times as large in 1722 bundles of random motions (`benchmarks.lanes`), and 1.91 times where a
 # search had placed the fastest turn of a whip between them.
 _BETWEEN = 2.0
 
@@ -54,7 +54,6 @@ _LARGER_THAN_START, _LARGER_THAN_MOTION = 8.0, 2.0
 # logarithm: those are e⁻² of the radius of convergence. Three times as large a logarithm would
 # leave estimates of a twentieth of the error.
 _LONGER = 0.3
-
 
 # The least and the largest part by which the start of a lane is moved: round-off is far less, and
 # its distance from the first lane is in proportion.
@@ -96,11 +95,10 @@ def bounds(estimate: float, distance: float, growth: float, of_step: float) -> B
     """Return the bounds on the errors of two lanes.
 
     `estimate` is the estimated error of the first one, and `distance` that of the second from it.
-    `growth` is the error of a run with a truncation error of 1 on each step. A step of the first
-    lane misses q or u by at most `of_step`: that is all the error where damping ends it soon, and
-    it is largest where steps end.
+    `growth` is the error of a run with an error of 1 on each step. A step of the first lane misses
+    q or u by at most `of_step`: that is all the error where damping ends it soon, and it is largest
+    where steps end.
     """
-    # Steps that are shorter than those of the order, at the cap, show too little growth.
     first = _MARGIN * estimate + _ROUND_OFF * max(1.0, growth) + of_step
     return Bounds(first, _BETWEEN * distance + float(RATIOS[SECOND]) * of_step + first)
 

@@ -64,7 +64,7 @@ _LEAST_PART = 0.25
 # speeds as a part of the largest speed, or of 1 rad/s.
 _LINEAR = 0.1
 
-# The steps of the last lane, which are the longest, without a comparison. Each is less than 0.4 of
+# The longest steps, those of the third lane, without a comparison. Each is less than 0.4 of
 # the radius of convergence of the series, in half of which an error that grows changes little.
 _STEPS_BETWEEN = 2
 
@@ -76,13 +76,6 @@ _OF_A_STEP = 100.0
 
 # The part of a step by which steps at the cap differ.
 _EVEN = 0.01
-
-# The truncation error that the growth from the start lets expect: in most motions it is larger.
-_OF_START = 1.0
-
-# The growth from the start, in that which truncation errors show, where these hide round-off: in
-# 150 random motions it was at most 31.
-_HIDDEN = 50.0
 
 # Even times of comparison, at least, and in each time in which the motion changes at its start.
 _COMPARED, _IN_A_LONGEST_STEP = 128, 8
@@ -145,7 +138,8 @@ class Bundled:
         if np.ptp(self._lengths) <= _EVEN * self._lengths.max():
             # At the cap all steps are shorter than those of the order.
             return self._by_lanes
-        of_start = _OF_START * ESTIMATED * self._truncated * self._grown_from_start
+        # In most motions the growth on each step is larger than that from the start.
+        of_start = ESTIMATED * self._truncated * self._grown_from_start
         return np.asarray(np.maximum(self._by_lanes, of_start))
 
     @cached_property
@@ -157,15 +151,6 @@ class Bundled:
             return np.full(len(self.grid), math.inf)
         largest = self._apart[coarser].max(axis=1)
         return np.asarray(np.maximum.accumulate((largest / ratios[:, None]).max(axis=0)))
-
-    @property
-    def hides_round_off(self) -> bool:
-        """Whether errors of the start grow far more than truncation errors show."""
-        # As long as errors of the start grow in proportion.
-        linear = int(np.count_nonzero(self._grown_from_start * self.moved <= _LINEAR))
-        last = max(linear - 1, 0)
-        shown = float(growth_of(self._by_lanes[last], self._truncated))
-        return bool(self._grown_from_start[last] > _HIDDEN * shown)
 
     @cached_property
     def _grown_from_start(self) -> Array:
@@ -190,6 +175,10 @@ class Bundled:
     def grown_at(self, times: Array) -> Array:
         """Return the growth up to each time (s), shape (n,)."""
         return largest_until(times, self.grid, self._growths)
+
+    def grown_from_start_at(self, times: Array) -> Array:
+        """Return the growth of an error of the start up to each time (s), shape (n,)."""
+        return largest_until(times, self.grid, self._grown_from_start)
 
     @cached_property
     def _growths(self) -> Array:
@@ -250,7 +239,7 @@ class Bundled:
     @property
     def is_linear(self) -> bool:
         """Whether the errors of all lanes are so small that they grow in proportion."""
-        fastest = max(1.0, float(np.abs(self.found.motions[0, 2:]).max()))
+        fastest = max(1.0, float(np.abs(self.found.motions[FIRST, 2:]).max()))
         angles, speeds = self._apart[:, :2].max(), self._apart[:, 2:].max()
         return bool(max(angles, speeds / fastest) <= _LINEAR)
 

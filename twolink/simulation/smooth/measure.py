@@ -151,7 +151,8 @@ class _Search:
     """The runs of a scene so far, and the `prediction` of further ones, for an accuracy.
 
     Only a result that is to be `correct`ed has its estimated error subtracted. A motion that is
-    `balanced` at the start grows from round-off, which runs of one precision share. `loads` have
+    `balanced` at the start grows from round-off, which runs of one precision share. `from_start` is
+    the growth of an error of the start up to each time, infinite where it is unknown. `loads` have
     their round-off along the motion, which is nearly the same in all runs. Code for defects took
     `compile_seconds`.
     """
@@ -161,6 +162,7 @@ class _Search:
     correct: bool
     balanced: bool
     prediction: Prediction = field(default_factory=Prediction)
+    from_start: Array = field(default_factory=lambda: np.full(1, np.inf))
     loads: LoadsAlong | None = None
     compile_seconds: float = 0.0
 
@@ -178,8 +180,7 @@ class _Search:
                 yield from self._judged_by_defect(precision, noise)
         # The finest run: the difference is the error of the coarser one, which is larger.
         orders = PRECISIONS[last].full_order, PRECISIONS[last].truncated_order
-        finest, other, apart = self.runs.pair(last, orders)
-        compared = self._compared(finest, other, apart)
+        finest, _, compared = self._pair(last, orders)
         yield self._of(finest, self._judged(compared, MARGIN_OF_LIKE_PRECISIONS))
 
     def _bundled(self) -> Iterator[Measured]:
@@ -208,10 +209,10 @@ class _Search:
         """
         if found.growth is None:
             return None
-        if found.hides_round_off:
-            self.prediction = replace(self.prediction, hide=True)
         grown = found.grown_at(self.runs.times)
         self.prediction = self.prediction.learned(grown)
+        if found.is_linear:
+            self.from_start = found.grown_from_start_at(self.runs.times)
         bounds = found.bounds
         if bounds is None or bounds.first > self.accuracy:
             return None
@@ -226,7 +227,6 @@ class _Search:
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""
         truncated = PRECISIONS[precision].truncated_order
-        from_start: Array | None = None
         order = self.prediction.order_of_pair(self.accuracy, precision)
         if self.prediction.grown is None:
             # The growth of errors selects all further runs, and bounds their round-off. A pair near
@@ -234,11 +234,7 @@ class _Search:
             order = min(order, truncated - MORE_ORDERS)
         while order <= truncated:
             order = self._cheapest_pair(precision, order, truncated)
-            kept, judge, apart = self.runs.pair(precision, (order, order + MORE_ORDERS))
-            if from_start is None:
-                from_start = self.runs.grown_from_start(precision, order)
-                self.prediction = self.prediction.learned(ON_EACH_STEP * from_start)
-            compared = self._compared(kept, judge, apart)
+            kept, judge, compared = self._pair(precision, (order, order + MORE_ORDERS))
             errors = self._judged(compared, MARGIN_OF_ORDERS)
             grown = errors / MARGIN_OF_ORDERS / truncation(order)
             self.prediction = self.prediction.learned(grown)
@@ -337,6 +333,19 @@ class _Search:
         most = _OF_ROUND_OFF[precision] if self.correct else _OF_RAW_ROUND_OFF
         return noise > most * self.accuracy
 
+    def _pair(
+        self, precision: PrecisionName, orders: tuple[int, int]
+    ) -> tuple[TaylorRun, TaylorRun, _Compared]:
+        """Return a run, its judge, and how far they are apart.
+
+        The growth of errors of the start is measured by a third run, unless it is known.
+        """
+        kept, judge, common = self.runs.pair(precision, orders)
+        if not np.isfinite(self.from_start).all():
+            self.from_start = self.runs.grown_from_start(precision, orders[0])
+            self.prediction = self.prediction.learned(ON_EACH_STEP * self.from_start)
+        return kept, judge, self._compared(kept, judge, common)
+
     def _compared(self, kept: TaylorRun, judge: TaylorRun, common: Common) -> _Compared:
         """Return the difference of two runs of one precision, and the round-off of both."""
         apart = common.until(self.runs.times)
@@ -356,10 +365,10 @@ class _Search:
         return shared
 
     def _judged(self, compared: _Compared, margin: float) -> Array:
-        """Return the error that the difference of two runs bounds."""
+        """Return the error that the difference of two runs bounds; infinite where it is unknown."""
         apart, shared, rounding = compared
-        margin *= self.prediction.caution
-        return np.asarray(margin * apart + shared + self.prediction.shared_round_off(rounding))
+        found = margin * apart + shared + self.prediction.shared_round_off(rounding)
+        return np.where(np.isfinite(self.from_start), found, np.inf)
 
 
 class _Compared(NamedTuple):

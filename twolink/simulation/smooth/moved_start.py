@@ -14,8 +14,7 @@ import numpy as np
 # A direction without symmetry, of angles and of speeds.
 _ANGLES, _SPEEDS = (1.0, -0.7), (-0.8, 0.9)
 
-
-MOVED = 4096
+ROUNDINGS = 4096
 """The part by which a start is moved to show the growth of its errors, in roundings."""
 
 ON_EACH_STEP = 4.0
@@ -23,6 +22,15 @@ ON_EACH_STEP = 4.0
 
 It was seven times as large at the median of random motions, whose truncation errors show it.
 """
+
+
+def growth_of_moved(apart: Any, part: float, most: float) -> Any:
+    """Return the growth of an error of the start, from distances from a run that is moved.
+
+    Those (rad, rad/s) are the largest so far, of a start moved by a `part`. The growth is infinite,
+    as it is unknown, where they are above the `most` over which errors grow in proportion.
+    """
+    return np.where(apart <= most, apart / part, np.inf)
 
 
 def moved_start(q: Any, u: Any, part: float) -> tuple[Any, Any]:

@@ -19,31 +19,17 @@ _OF_TRUNCATION = 0.2
 _ROUND_OFF = 0.1
 
 
-# The error of a run exceeds so many times its difference from another one of the same distribution
-# in one of 150 cases (the ratio has Cauchy's distribution, about 1/2 with a scale of 1/2).
-_CAUTION = 50.0
-
-
 @dataclass(frozen=True)
 class Prediction:
     """The growth of errors along a motion, from which orders and round-off of runs follow.
 
     `grown` is the error of a unit of truncation at each time, shape (n,), or None before the first
     measurement. Beside the round-off that grows, two runs may have as many roundings as `shared`
-    in common. Truncation errors that `hide` the growth of round-off do not tell two runs apart.
+    in common.
     """
 
     grown: Array | None = None
     shared: float = 0.0
-    hide: bool = False
-
-    @property
-    def caution(self) -> float:
-        """The factor on the difference of two runs, which may be that of their round-off alone.
-
-        Two such errors are samples of one distribution, and may happen to be alike.
-        """
-        return _CAUTION if self.hide else 1.0
 
     @property
     def growth(self) -> float:

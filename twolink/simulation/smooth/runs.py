@@ -22,7 +22,7 @@ from twolink.simulation.smooth.bundle_plan import BundlePlan
 from twolink.simulation.smooth.bundled import Bundled, bundled, can_be_compared
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.integrators import compile_ahead
-from twolink.simulation.smooth.moved_start import MOVED
+from twolink.simulation.smooth.moved_start import ROUNDINGS, growth_of_moved
 from twolink.simulation.smooth.rates import compile_jacobians_ahead, wait_for_jacobians
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.steps import Observer, Steps
@@ -35,6 +35,9 @@ from twolink.simulation.smooth.visited import (
     with_middles,
 )
 from twolink.times import merged
+
+# The largest error (rad, rad/s) that grows in proportion.
+_LINEAR = 0.1
 
 # The number of times that two runs are compared, and made again to be compared in each step.
 _AGAIN = 3
@@ -90,17 +93,19 @@ class Runs:
         return first, second, found.unknown()
 
     def grown_from_start(self, precision: PrecisionName, order: int) -> Array:
-        """Return the growth of an error of the start up to each time, shape (n,).
+        """Return the growth of an error of the start up to each time, shape (n,), or infinity.
 
         Another run of this order starts elsewhere. Its steps have nearly the same truncation
         errors, so that its distance from the known run is the growth of its start's.
         """
-        part, visit = MOVED * PRECISIONS[precision].rounding, self.visit
+        known = visited_by(self.known[precision, order])
+        part, visit = ROUNDINGS * PRECISIONS[precision].rounding, self.visit
+        self.visit = known.ends
         other = self.new(precision, order, moved=part)
         # Later runs are compared with the known one.
         self.visit = visit
-        found = compared(visited_by(self.known[precision, order]), visited_by(other))
-        return np.asarray(found.until(self.times) / part)
+        apart = compared(known, visited_by(other)).until(self.times)
+        return np.asarray(growth_of_moved(apart, part, _LINEAR))
 
     @property
     def may_be_bundled(self) -> bool:
