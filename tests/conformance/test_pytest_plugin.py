@@ -103,12 +103,14 @@ def test_without_the_option_the_plugin_adds_no_tests(folder):
 
 @pytest.mark.slow
 def test_motions(folder):
-    """A motion has one test, for all methods of the engine."""
+    """A motion has one test, for all methods of the engine; two have damping."""
     (folder / "moving.py").write_text("from tests.conformance.mover import Undamped\n")
     done = run(folder, "--twolink-engine", "moving:Undamped", "--twolink-suite", "motion")
     assert done.returncode == 1
     found = counts(done.stdout)
-    assert (found["failed"], found["passed"]) == (1, 5)
+    assert (found["failed"], found["passed"]) == (2, 6)
+    for damped in ("modelica-double-pendulum", "dampers"):
+        assert re.search(rf"FAILED .*{damped}", done.stdout)
     assert "converges to another model" in done.stdout
 
 
