@@ -92,7 +92,7 @@ class Certificate:
         if near is None:
             near = tuple(near_to_zero(system, trigger) for trigger in self._triggers)
             system.near_to_zero[compiled] = near
-        self._near = near
+        self._near, self._nearest = near, max(near, default=0.0)
         self._start = StartOfArc(system, compiled, mode, orders, state)
         # The event functions that are zero within these sizes since the start of the arc.
         self._zero: dict[int, float] = {}
@@ -126,11 +126,11 @@ class Certificate:
         rounding = self._system.rounding
         margins, bernstein, bounds = margins_of(every.reshape(-1, length), rounding)
         zeros: dict[int, int] = {}
-        for number in tuple(self._zero):
+        for number in tuple(self._zero) if self._zero else ():
             zeros[number] = self._steps_of_zero(number, every[:, number])
         # The least margins by which event functions are certified.
         tails = self._tails if at_start else {}
-        most = max((0.0, *self._near, *tails.values()))
+        most = max(self._nearest, *tails.values()) if tails else self._nearest
         # In longer precisions the bounds in float64 do not suffice.
         known = every.dtype == bernstein.dtype
         found: list[_Suspect] = []

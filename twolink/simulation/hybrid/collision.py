@@ -98,12 +98,11 @@ class Collision(NamedTuple):
 
 def collide(system: HybridSystem, state: HybridState, pose: Pose) -> Collision:
     """Return the state after the impacts of all approached contacts, and the impacts."""
-    near = closed(system, state, pose)
-    if not _any_approached(system, state, pose, near):
+    near, known = closed(system, state, pose), known_at(state.t, system.rounding)
+    if not _any_approached(system, state, pose, near, known):
         return Collision(state, pose)
     for index in near:
         state, pose = place(system, state, pose, index)
-    known = known_at(state.t, system.rounding)
     impacts = Impacts(pose, system.elements, float(state.t), known)
     found = resolve(impacts, state.u, near, state.touching)
     doubts: tuple[Doubt, ...] = ()
@@ -142,16 +141,17 @@ def _doubts_of_float64(
 
 
 def _any_approached(
-    system: HybridSystem, state: HybridState, pose: Pose, contacts: Sequence[int]
+    system: HybridSystem, state: HybridState, pose: Pose, contacts: Sequence[int], rounding: float
 ) -> bool:
-    """Return whether a contact is approached that does not touch already."""
+    """Return whether a contact is approached that does not touch already.
+
+    `rounding` is that of the speeds.
+    """
     for index in contacts:
         normal = system.elements[index].normal
         if index in state.touching or normal is None:
             continue
-        if approach(
-            pose.row(normal), state.u, known_at(state.t, system.rounding), system.scales.lever
-        ):
+        if approach(pose.row(normal), state.u, rounding, system.scales.lever):
             return True
     return False
 

@@ -139,10 +139,15 @@ class Work:
         count = arc.step_count
         self._arcs += 1
         self.steps += count
-        self._steps_in[arc.mode.states] += count
-        self.in_steps += _OF_A_JUMP + _OF_AN_ELEMENT * len(arc.mode.states)
-        self.in_steps += _OF_A_TRIAL * tried + _OF_A_SERIES * expanded
-        self.in_steps += min(count, _MOST_OF_AN_ARC)
+        states = arc.mode.states
+        self._steps_in[states] += count
+        self.in_steps += (
+            _OF_A_JUMP
+            + _OF_AN_ELEMENT * len(states)
+            + _OF_A_TRIAL * tried
+            + _OF_A_SERIES * expanded
+            + min(count, _MOST_OF_AN_ARC)
+        )
         if arc.compiled not in self._compiled:
             self._compiled.add(arc.compiled)
             self._add_kind(arc.compiled.kind)

@@ -6,6 +6,7 @@ together (`certificate`). The arc ends at the first event, or at the requested t
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from time import perf_counter
@@ -112,14 +113,18 @@ def _followed(
 def _numbers_of_steps(
     precision: PrecisionName, compiled: CompiledMode, last: Arc | None
 ) -> Iterator[int]:
-    """Yield the numbers of steps before each certificate, endlessly.
+    """Return the numbers of steps before each certificate, endlessly.
 
-    They are at first as many as the last arc took: steps beyond the event would be wasted.
+    An event that is visible at the end of a step stops the integrator. Steps beyond another one
+    would be wasted: there they are at first as many as the last arc took.
     """
     few, most = _AHEAD[precision]
-    # An event that is visible at the end of a step stops the integrator.
-    left = 0 if last is None or compiled.shows_events else last.step_count
-    few = most if compiled.shows_events else few
+    return itertools.repeat(most) if compiled.shows_events else _growing(few, most, last)
+
+
+def _growing(few: int, most: int, last: Arc | None) -> Iterator[int]:
+    """Yield the number of steps of the last arc, and then `few`, twice as many … up to `most`."""
+    left = 0 if last is None else last.step_count
     while left > 0:
         yield min(left, most)
         left -= most
@@ -143,7 +148,8 @@ def _ended(
     """Return the arc at a time (s) or, if that is None, where its last step was cut."""
     end = end_state(course, blocks[-1], until) if blocks else course.state._replace(t=until)
     # A sum is finite only if all terms are.
-    if not math.isfinite(sum(map(float, (*end.q, *end.u)))):
+    (q1, q2), (u1, u2) = end.q, end.u
+    if not math.isfinite(q1 + q2 + u1 + u2):
         raise IntegrationError(
             f"the motion could not be integrated beyond {float(course.state.t):.9g} s (the state "
             f"is not finite there), in the mode '{course.mode}'"

@@ -106,9 +106,11 @@ def placed(
     # The row is constant within so small a correction.
     row = pose.row(coordinate)
     long = row[0] * row[0] + row[1] * row[1]
+    # A smaller gap is the rounding of its own evaluation.
+    least = finest * pose.lever
     for _ in range(2):
         gap = pose.value(coordinate, q) - bound
-        if gap == 0 or long == 0:
+        if abs(gap) <= least or long == 0:
             break
         step = gap / long
         moved = q[0] - step * row[0], q[1] - step * row[1]

@@ -44,6 +44,8 @@ class PoseFormulas:
     def __init__(self, chain: Chain, formulation: EquationsOfMotion, compiled: bool) -> None:
         """Store a chain and a formulation."""
         self._chain, self._formulation, self._compiled = chain, formulation, compiled
+        # The length of the stretched chain (m).
+        self.lever = float(abs(chain.L1) + abs(chain.L2))
         # By identity: a coordinate takes longer to hash than its row to evaluate. The coordinate is
         # kept, so that no other has its number.
         self._known: dict[int, tuple[ConstraintCoordinate, CoordinateFormulas]] = {}
@@ -108,9 +110,12 @@ def _compiled_formulas(
 
 
 class Pose:
-    """A chain in a pose q: its mass matrix and Jacobian rows, each computed once."""
+    """A chain in a pose q: its mass matrix and Jacobian rows, each computed once.
 
-    __slots__ = ("_formulas", "_inertia", "_rows", "chain", "formulation", "q")
+    `lever` is the length of the stretched chain (m).
+    """
+
+    __slots__ = ("_formulas", "_inertia", "_rows", "chain", "formulation", "lever", "q")
 
     def __init__(
         self,
@@ -125,6 +130,7 @@ class Pose:
         """
         self.chain, self.formulation, self.q = chain, formulation, q
         self._formulas = formulas or PoseFormulas(chain, formulation, compiled=False)
+        self.lever = self._formulas.lever
         self._rows: dict[int, Pair] = {}
         self._inertia: tuple[Matrix, Scalar] | None = None
 
@@ -151,11 +157,6 @@ class Pose:
     def velocity_terms(self, u: Pair) -> Pair:
         """Return C u (N m)."""
         return self._formulas.velocity_terms(self.q, u)
-
-    @property
-    def lever(self) -> float:
-        """The length of the stretched chain (m)."""
-        return float(abs(self.chain.L1) + abs(self.chain.L2))
 
     @property
     def inertia(self) -> tuple[Matrix, Scalar]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,17 +21,29 @@ _TOO_SHORT = "its steps become too short"
 _MOST_EXPONENT = {"double": 900, "long double": 15000, "quadruple": 15000}
 
 
+# The starts, lengths and coefficients of steps, the last in bytes, which are joined several times
+# faster than small arrays. The loops of steps append to the lists themselves, as a call for each
+# step would take a tenth of their own time.
+_Taken = tuple[list[Any], list[Any], list[bytes]]
+
+
 def take_steps(course: Course, ahead: int, longest: Any) -> tuple[Block, bool, str]:
     """Return the next steps, whether they reach the end of the arc, and the failure if any.
 
     In time they are at most as long as the `longest` (s).
     """
-    taken = _Taken([], [], [])
+    starts: list[Any] = []
+    lengths: list[Any] = []
+    coefficients: list[bytes] = []
+    taken = starts, lengths, coefficients
     if course.compiled.clock is None:
         over, failure = _in_time(course, ahead, longest, taken)
     else:
         over, failure = False, _by_clock(course, ahead, course.compiled.clock, taken)
-    return taken.block(course.stepper.tc), over, failure
+    tc = course.stepper.tc
+    kind = tc.dtype
+    joined: Any = np.ndarray((len(lengths), *tc.shape), kind, b"".join(coefficients))
+    return Block(np.array(starts, kind), np.array(lengths, kind), joined), over, failure
 
 
 def _in_time(course: Course, ahead: int, longest: Any, taken: _Taken) -> tuple[bool, str]:
@@ -106,25 +118,6 @@ def _longest_press(course: Course, span: Any) -> Any:
     exponent = _MOST_EXPONENT[system.precision] / (course.stepper.integrator.order + 1)
     most = system.number(2.0 ** min(exponent, 1000.0))
     return longest if longest < most else most
-
-
-class _Taken(NamedTuple):
-    """The starts, lengths and coefficients of steps, the last in bytes.
-
-    Bytes are joined several times faster than small arrays. The loops of steps append to the lists
-    themselves, as a call for each step would take a tenth of their own time.
-    """
-
-    starts: list[Any]
-    lengths: list[Any]
-    coefficients: list[bytes]
-
-    def block(self, tc: Any) -> Block:
-        """Return the steps, whose coefficients have the shape and the type of `tc`."""
-        starts, lengths, coefficients = self
-        kind, shape = tc.dtype, (len(lengths), *tc.shape)
-        joined: Any = np.ndarray(shape, kind, b"".join(coefficients))
-        return Block(np.array(starts, kind), np.array(lengths, kind), joined)
 
 
 @functools.cache
