@@ -68,8 +68,9 @@ _LINEAR = 0.1
 # the radius of convergence of the series, in half of which an error that grows changes little.
 _STEPS_BETWEEN = 2
 
-# A factor on the growth that errors show which are too large to grow in proportion.
-_SATURATED = 30.0
+# A factor on the growth that errors show which are too large to grow in proportion: it was larger in
+# one of ten random motions. A larger one would leave too little room for lanes.
+_SATURATED = 4.0
 
 # The order divided by the length of a step, in longest ones, in most motions.
 _OF_A_STEP = 100.0
@@ -77,14 +78,15 @@ _OF_A_STEP = 100.0
 # The part of a step by which steps at the cap differ.
 _EVEN = 0.01
 
-# Even times of comparison, at least, and in each time in which the motion changes at its start.
-_COMPARED, _IN_A_LONGEST_STEP = 128, 8
+# Even times of comparison, at least, and in each time in which the motion changes at its start. One
+# costs an eighth of a step, and where they are too few the lanes run again.
+_COMPARED, _IN_A_LONGEST_STEP = 128, 16
 
 # Even times of comparison, at most: more are where steps end, if a motion is as fast everywhere.
 _MOST_EVEN = 1024
 
-# Times of comparison, at most, which a motion as fast everywhere has, and requested ones.
-_MOST_COMPARED = 20_000
+# The longest motion in longest steps, and the most requested times.
+_MOST_LONGEST_STEPS, _MOST_COMPARED = 2500, 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,5 +329,4 @@ def can_be_compared(duration: float, longest_step: float, count: int) -> bool:
 
     All lanes are evaluated at all times, in longer than another run takes if these are very many.
     """
-    even = _IN_A_LONGEST_STEP * duration / longest_step
-    return max(even, count) <= _MOST_COMPARED
+    return duration <= _MOST_LONGEST_STEPS * longest_step and count <= _MOST_COMPARED
