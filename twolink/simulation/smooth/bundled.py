@@ -68,8 +68,8 @@ _LINEAR = 0.1
 # the radius of convergence of the series, in half of which an error that grows changes little.
 _STEPS_BETWEEN = 2
 
-# A factor on the growth that errors show which are too large to grow in proportion: it was larger in
-# one of ten random motions. A larger one would leave too little room for lanes.
+# A factor on the growth that errors show which are too large to grow in proportion: it was larger
+# in one of ten random motions. A larger one would leave too little room for lanes.
 _SATURATED = 4.0
 
 # The order divided by the length of a step, in longest ones, in most motions.
