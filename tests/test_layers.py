@@ -120,7 +120,7 @@ ROWS = {
     ],
     "twolink.simulation.smooth": [
         "equations judging moved_start sized",
-        "balance bundles changes load_sizes",
+        "balance bundles changes forgotten load_sizes",
         "bundle_plan longest_step pieces",
         "flows quadrature rates steps visited",
         "integrators lane_run",

@@ -64,6 +64,13 @@ def test_the_growth_from_the_start_counts_where_it_is_larger():
             [[grown, 1e9, grown, grown], *[[grown, 1e9, np.inf, np.inf]] * 2],
         )
     )
+    # Where damping takes errors of the start away, those of later steps grow by more.
+    forgotten = np.array([[1.0], [1.0], [1e6]]) * np.ones(4)
+    damped = begun._replace(sizes=np.ones(4)).with_start(apart, forgotten)
+    assert damped.growths.tolist() == found.growths.tolist()
+    assert damped.of_steps[:, 0] == pytest.approx([grown, grown, 1e6 * grown])
+    more = damped.bounds(np.zeros((3, 1)))[2, 0] - found.bounds(np.zeros((3, 1)))[2, 0]
+    assert more == pytest.approx(MOST_ROUND_OFF * ROUNDING * 1e6 * grown, rel=1e-5)
     assert np.isinf(found.bounds(np.ones(4))[1:, 2:]).all()
     assert np.isfinite(found.bounds(np.ones(4))[:, :2]).all()
 
@@ -78,7 +85,7 @@ def test_states_after_the_end_of_a_run_do_not_count():
 
 
 def test_a_bound_is_the_sum_of_truncation_sums_and_growth():
-    measured = SoFar(np.array([1e-9]), np.array([5.0]), np.array([1e4]))
+    measured = SoFar(np.array([1e-9]), np.array([5.0]), np.array([1e4]), np.zeros(1))
     expected = (
         MARGIN_OF_ORDERS * 1e-9 + (A_VALUE + 70) * ROUNDING * 5 + MOST_ROUND_OFF * ROUNDING * 1e4
     )
@@ -87,7 +94,7 @@ def test_a_bound_is_the_sum_of_truncation_sums_and_growth():
 
 @pytest.mark.parametrize("difference", [0.0101, 1.0, np.inf])
 def test_a_difference_that_is_not_small_bounds_nothing(difference):
-    measured = SoFar(np.array([difference, 0.0099]), np.ones(2), np.ones(2))
+    measured = SoFar(np.array([difference, 0.0099]), np.ones(2), np.ones(2), np.zeros(2))
     first, second = measured.bounds(np.array([1.0, 1.0]))
     assert first == np.inf
     assert second == pytest.approx(MARGIN_OF_ORDERS * 0.0099, rel=1e-6)

@@ -7,6 +7,9 @@ import pytest
 from tests.ensembles.cases import starts
 from tests.ensembles.falls import DURATION, FALL, check_bounds, random_starts, with_wild_neighbours
 from twolink.chain import Chain
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_spring import JointSpring
+from twolink.effects.joint_torque import JointTorque
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.compiled import LANES, System
 from twolink.ensembles.following import Follower, LostError
@@ -101,6 +104,25 @@ def test_bounds_hold_for_a_thousand_runs():
     sure = truth["error"] < rows["error"] / 10
     assert sure.sum() > 200
     assert (apart <= rows["error"] + truth["error"])[sure].all()
+
+
+@pytest.mark.parametrize("order", [11, 15])
+def test_the_bound_holds_where_damping_takes_errors_of_the_start_away(order):
+    """A folded arm is spun up until it opens, and leaves its balance by round-off alone."""
+    chain, duration = Chain.uniform_bars((1.0, 1.0), (1.0, 1.5)), 9.0
+    spring, torque = JointSpring((0.0, 20.0), (0.0, math.pi)), JointTorque((0.8, 0.0))
+    arm = Scene(
+        chain, (0.0, math.pi), (1.0, 1.0), duration, (spring, JointDamping((0.0, 6.0)), torque)
+    )
+    first = np.linspace(-1.0, 1.0, LANES)
+    q, u = np.array([first, first + math.pi]), np.full((2, LANES), 1.0)
+    follower, _ = followed(q, u, order, arm, duration)
+    for k in range(LANES):
+        start = replace(arm, q=tuple(q[:, k].tolist()))
+        exact = taylor_run(start, [0.0, duration], formulation="kane", precision="quadruple")
+        last = np.concatenate([exact.q, exact.u])[:, -1].astype(float)
+        end = np.concatenate([follower.ends.q, follower.ends.u])[:, k]
+        assert 1e-6 < np.abs(end - last).max() <= follower.ends.errors[k]
 
 
 @pytest.mark.parametrize("order", [11, 15])

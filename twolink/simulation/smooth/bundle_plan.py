@@ -96,9 +96,9 @@ def bounds(estimate: float, distance: float, growth: float, of_step: float) -> B
     """Return the bounds on the errors of two lanes.
 
     `estimate` is the estimated error of the first one, and `distance` that of the second from it.
-    `growth` is the error of a run with an error of 1 on each step. A step of the first lane misses
-    q or u by at most `of_step`: that is all the error where damping ends it soon, and it is largest
-    where steps end.
+    `growth` is the error of a run with a round-off of 1 on each step. A step of the first lane
+    misses q or u by at most `of_step`: that is all the error where damping ends it soon, and it is
+    largest where steps end.
     """
     first = _MARGIN * estimate + _ROUND_OFF * max(1.0, growth) + of_step
     return Bounds(first, _BETWEEN * distance + float(RATIOS[SECOND]) * of_step + first)
@@ -117,11 +117,13 @@ class Known(NamedTuple):
     """A motion as a bundle shows it.
 
     `growth` is the error of a run with a truncation error of 1 on each step, None if it is not
-    known, and `largest` the largest variable, at least 1.
+    known, and `of_round_off` that with a round-off of 1. `largest` is the largest variable, at
+    least 1.
     """
 
     growth: float | None
     largest: float
+    of_round_off: float = 0.0
 
 
 class Start(NamedTuple):
@@ -142,7 +144,9 @@ def bundle_plan(accuracy: float, start: Start, known: Known | None = None) -> Bu
     """
     growth = None if known is None else known.growth
     expected = _GROWTH if growth is None else growth
-    room = accuracy - _ROUND_OFF * (growth or 0.0)
+    room = accuracy
+    if known is not None:
+        room -= _ROUND_OFF * max(known.growth or 0.0, known.of_round_off)
     if not room > 0:
         return None
     state = start.largest if known is None else known.largest

@@ -12,6 +12,7 @@ speeds. Its distance from the first lane, divided by δ, is the growth G of an e
 error on each step grows by more, seven times at the median: E is at least what G lets expect. And
 round-off grows by G also where truncation errors do not show it, as they are far smaller than those
 of the order, in steps at the cap, or keep a symmetry of the motion, such as links that spin folded.
+Where damping takes errors of the start away, those of later steps may grow by more (`forgotten`).
 
 The second lane has an error of at most D_1 + e: nearly its distance, as E is a small part of it.
 The first lane has e, and is the result if only it has the accuracy. The bounds have margins
@@ -50,6 +51,7 @@ from twolink.simulation.smooth.bundles import (
     Followed,
 )
 from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.forgotten import MOST, forgotten_until
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.lane_run import LaneRun, Lanes, lanes
 from twolink.simulation.smooth.moved_start import ON_EACH_STEP, moved_start
@@ -179,8 +181,26 @@ class Bundled:
         return largest_until(times, self.grid, self._growths)
 
     def grown_from_start_at(self, times: Array) -> Array:
-        """Return the growth of an error of the start up to each time (s), shape (n,)."""
-        return largest_until(times, self.grid, self._grown_from_start)
+        """Return the growth of an error of the start up to each time (s), shape (n,).
+
+        It is that of errors of later steps, too, where damping takes those of the start away.
+        """
+        return largest_until(times, self.grid, self._grown_from_any)
+
+    @cached_property
+    def _grown_from_any(self) -> Array:
+        """The growth of an error of the start or of a later step, at the times of the grid."""
+        with np.errstate(over="ignore"):
+            return self._grown_from_start * self._forgotten
+
+    @cached_property
+    def _forgotten(self) -> Array:
+        return forgotten_until(self.first.scene, self.grid, self.found.motions[FIRST])
+
+    @cached_property
+    def _of_round_off(self) -> float:
+        """The error of a run with a round-off of 1 on each step, over the whole motion."""
+        return float(max(self._growths[-1], ON_EACH_STEP * self._grown_from_any[-1]))
 
     @cached_property
     def _growths(self) -> Array:
@@ -211,7 +231,7 @@ class Bundled:
             # A chain that stays at rest has no error beside the round-off of its place.
             return Bounds(0.0, 0.0)
         of_step = self._speed * missed_by_step(self.plan.order, self._size)
-        return bounds(self.estimate, self.distance, self.growth, of_step)
+        return bounds(self.estimate, self.distance, self._of_round_off, of_step)
 
     @property
     def _speed(self) -> float:
@@ -236,7 +256,7 @@ class Bundled:
         if growth is not None and not self.is_linear:
             # Distances end at the size of the motion.
             growth *= _SATURATED
-        return Known(growth, self.largest)
+        return Known(growth, self.largest, self._of_round_off)
 
     @property
     def is_linear(self) -> bool:
@@ -244,6 +264,11 @@ class Bundled:
         fastest = max(1.0, float(np.abs(self.found.motions[FIRST, 2:]).max()))
         angles, speeds = self._apart[:, :2].max(), self._apart[:, 2:].max()
         return bool(max(angles, speeds / fastest) <= _LINEAR)
+
+    @property
+    def shows_growth(self) -> bool:
+        """Whether the lanes tell how errors of the start and of later steps grow."""
+        return self.is_linear and bool(self._forgotten[-1] <= MOST)
 
     @property
     def is_resolved(self) -> bool:

@@ -22,7 +22,8 @@ that of as many sums as steps, and eight roundings times the growth of errors, w
 lower order has measured. Without the latter one motion in 1500, whose truncation errors cancelled,
 had ten times the reported error. And a third run, of the first order, starts nearby: its distance
 shows the growth of the round-off that both runs share. Without it links that spin folded, which
-leave that by this round-off alone, had 1e10 times the reported error.
+leave that by this round-off alone, had 1e10 times the reported error. Where damping takes the error
+of a start away, the flows along a run tell the growth of that of later steps (`forgotten`).
 
 *By its own defect.* Nearer to round-off no second run is needed: the defect of the run's own steps
 gives its error, and that of the estimate (`step_errors`). Where the error is above the accuracy and
@@ -52,6 +53,7 @@ from twolink.simulation.shortened import UnseenError
 from twolink.simulation.smooth.bundle_plan import bundle_plan
 from twolink.simulation.smooth.bundled import Bundled, start_of
 from twolink.simulation.smooth.corrected import corrected_run
+from twolink.simulation.smooth.forgotten import MOST, forgotten_until
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
     MARGIN_OF_LIKE_PRECISIONS,
@@ -63,6 +65,7 @@ from twolink.simulation.smooth.longest_step import Pace
 from twolink.simulation.smooth.moved_start import ON_EACH_STEP
 from twolink.simulation.smooth.prediction import Prediction
 from twolink.simulation.smooth.round_off import (
+    MOST_ROUND_OFF,
     LoadsAlong,
     conversions,
     rounding_until,
@@ -71,7 +74,7 @@ from twolink.simulation.smooth.round_off import (
 from twolink.simulation.smooth.runs import Runs
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import TaylorRun
-from twolink.simulation.smooth.visited import Common, VisitingRun
+from twolink.simulation.smooth.visited import Common, VisitingRun, largest_until, visited_by
 
 # The most bundles of lanes for one motion.
 _BUNDLES = 4
@@ -152,7 +155,8 @@ class _Search:
 
     Only a result that is to be `correct`ed has its estimated error subtracted. A motion that is
     `balanced` at the start grows from round-off, which runs of one precision share. `from_start` is
-    the growth of an error of the start up to each time, infinite where it is unknown. `loads` have
+    the growth of an error of the start, or of a later step, up to each time, infinite where it is
+    unknown. `loads` have
     their round-off along the motion, which is nearly the same in all runs. Code for defects took
     `compile_seconds`.
     """
@@ -211,7 +215,7 @@ class _Search:
             return None
         grown = found.grown_at(self.runs.times)
         self.prediction = self.prediction.learned(grown)
-        if found.is_linear:
+        if found.shows_growth:
             self.from_start = found.grown_from_start_at(self.runs.times)
         bounds = found.bounds
         if bounds is None or bounds.first > self.accuracy:
@@ -342,9 +346,25 @@ class _Search:
         """
         kept, judge, common = self.runs.pair(precision, orders)
         if not np.isfinite(self.from_start).all():
-            self.from_start = self.runs.grown_from_start(precision, orders[0])
-            self.prediction = self.prediction.learned(ON_EACH_STEP * self.from_start)
+            grown = self.runs.grown_from_start(precision, orders[0])
+            self.prediction = self.prediction.learned(ON_EACH_STEP * grown)
+            self.from_start = self._also_of_steps(grown, kept)
         return kept, judge, self._compared(kept, judge, common)
+
+    def _also_of_steps(self, from_start: Array, run: TaylorRun) -> Array:
+        """Return the growth of errors of later steps, too, shape (n,), by that of the start's.
+
+        Where strong damping takes the latter away, it is that of flows along a run.
+        """
+        places, states = visited_by(run).everywhere
+        forgotten = forgotten_until(self.runs.scene, places, states)
+        found = from_start * largest_until(self.runs.times, places, forgotten)
+        if forgotten[-1] <= MOST or not np.isfinite(from_start).all():
+            return np.asarray(found)
+        precision: PrecisionName = "double" if run.precision == "double" else "long double"
+        _, errors = self._with_errors(precision, PRECISIONS[precision].full_order, precision)
+        of_steps = errors.growth_at(self.runs.times) / ON_EACH_STEP
+        return np.asarray(np.fmin(found, np.maximum(from_start, of_steps)))
 
     def _compared(self, kept: TaylorRun, judge: TaylorRun, common: Common) -> _Compared:
         """Return the difference of two runs of one precision, and the round-off of both."""
@@ -359,7 +379,8 @@ class _Search:
         if self.loads is None:
             self.loads = LoadsAlong.along(run)
         times = self.runs.times
-        shared = sums(run, times) + self.loads.errors(run, times, grown)
+        carried = np.maximum(grown, self._of_round_off)
+        shared = sums(run, times) + self.loads.errors(run, times, carried)
         rounding = PRECISIONS[run.precision].rounding
         self.prediction = replace(self.prediction, shared=float(shared.max()) / rounding)
         return shared
@@ -367,8 +388,14 @@ class _Search:
     def _judged(self, compared: _Compared, margin: float) -> Array:
         """Return the error that the difference of two runs bounds; infinite where it is unknown."""
         apart, shared, rounding = compared
-        found = margin * apart + shared + self.prediction.shared_round_off(rounding)
+        carried = MOST_ROUND_OFF * rounding * self._of_round_off
+        found = margin * apart + shared + carried + self.prediction.shared_round_off(rounding)
         return np.where(np.isfinite(self.from_start), found, np.inf)
+
+    @property
+    def _of_round_off(self) -> Array:
+        """The growth of round-off on each step by that of other errors, 0 where it is unknown."""
+        return np.where(np.isfinite(self.from_start), ON_EACH_STEP * self.from_start, 0.0)
 
 
 class _Compared(NamedTuple):
