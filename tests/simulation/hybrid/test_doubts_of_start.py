@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import BALANCED, BARS, state_of, system_of
+from twolink.chain import Chain
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_torque import JointTorque
+from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
@@ -96,3 +98,38 @@ def test_a_load_slightly_above_a_static_limit_slides_from_the_start(margin):
     run = simulate(Scene(BALANCED, (0.0, 0.0), (0.0, 0.0), 1.0, effects))
     assert run.met
     assert abs(run.u[0, -1] - (1.0 + margin) / 3.5) <= run.error + 1e-16
+
+
+DISKS = Chain((1.0, 1.0), (1.0, 1.0), ((0.0, 0.0), (0.0, 0.0)), (0.5, 0.5))
+
+
+def above_wall(gap, speed, torque, duration=1.0):
+    """Return link 1 on a level, whose end B approaches a wall along its path from a gap (m)."""
+    normal = (-0.6, -0.8)
+    place = normal[0] * math.cos(1.0) + normal[1] * math.sin(1.0) - gap
+    wall = Surface((place * normal[0], place * normal[1]), normal, ("B",), 1.0)
+    effects = (wall, JointTorque((torque, 0.0)))
+    return Scene(DISKS, (1.0, 1.0), (speed, 0.0), duration, effects, 1e-9)
+
+
+@pytest.mark.parametrize(("speed", "rate"), [(-1e-9, 1e-3), (-1e-7, 1.0), (-1e-6, 50.0)])
+def test_an_impact_that_a_load_may_prevent_is_in_doubt(speed, rate):
+    """Within roundings of a place the point counts as touching; in truth it never does."""
+    scene = above_wall(2.7e-15, speed, 1.5 * rate, 0.1)
+    found = simulate(scene)
+    missed = abs(found.u[0, -1] - (speed + rate * 0.1))
+    assert missed > abs(speed)
+    assert missed <= found.error
+    if 2 * abs(speed) > 1e-9:
+        assert not found.met
+
+
+@pytest.mark.parametrize(("speed", "most"), [(-1.0, 1e-12), (-1e-3, 1e-9), (-1e-9, 1e-7)])
+def test_an_impact_that_comes_slightly_later_is_late_by_that_time(speed, most):
+    scene = above_wall(1e-15, speed, 0.0, 0.01)
+    found = simulate(scene)
+    late = 1e-15 / (0.0726 * abs(speed))
+    assert min(late, 2 * abs(speed)) / 2 < found.error < most
+    # A point that recedes, or is on the wall exactly, has no such impact.
+    away = above_wall(1e-15, -speed, 0.0, 0.01)
+    assert simulate(away).error < 1e-13

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.simulation.hybrid import system_of
+from twolink.chain import Chain
 from twolink.contact.force_laws import Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.effects.end_force import EndForce
@@ -30,6 +31,21 @@ def test_two_frictions_in_one_joint_are_refused():
         system_of(JointFriction((1.0, 0.0)), JointFriction((2.0, 0.0))).check()
     with pytest.raises(SimulationError, match="D has dry friction twice"):
         system_of(EndForce(1.0, 0.5), EndForce(2.0, 0.5)).check()
+
+
+def test_a_contact_whose_point_hardly_moves_is_refused():
+    """At 1e-14 m from A its motion is round-off, and it would have no impact; at A it has none."""
+
+    def wall_on_centre(distance):
+        chain = Chain((1.0, 1.0), (1.0, 1.0), ((distance, 0.0), (0.5, 0.0)), (0.5, 0.5))
+        return system_of(Surface((0.0, 2.0), (0.0, -1.0), on=("C1",)), chain=chain)
+
+    with pytest.raises(
+        SimulationError, match="C1 on surface: the point must be at A, or at least 2.8e-14 m"
+    ):
+        wall_on_centre(1e-14).check()
+    for distance in (0.0, 1e-13, 1.0):
+        wall_on_centre(distance).check()
 
 
 def test_frictions_along_different_coordinates_are_accepted():

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from twolink.arithmetic import Pair
 from twolink.contact.force_laws import Phase, PlasticState
 from twolink.contact.states import EventKind
-from twolink.effects import contact_elements, pieces_at
+from twolink.effects import contact_elements, pieces_at, smooth_loads
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PRECISIONS
 from twolink.scene import Scene
 from twolink.simulation.hybrid.doubts_of_jump import of_slow_slides
-from twolink.simulation.hybrid.impact import at_rest, largest, speed_along
+from twolink.simulation.hybrid.impact import approach, at_rest, largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Trigger
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import select
@@ -24,19 +25,25 @@ from twolink.simulation.smooth.longest_step import default_longest_step
 # A start is given in float64.
 _ROUNDING = PRECISIONS["double"].rounding
 
+# A point surely reaches a contact if the square of its speed is so many times as large as it needs.
+_SURELY = 2
+
+# The change of a speed by an impact, in the speed, with friction at most.
+_MOST_OF_AN_IMPACT = 4
+
 
 def doubts_of_start(system: HybridSystem, scene: Scene, state: HybridState) -> list[Doubt]:
     """Return the doubts on an initial state that is not that of its scene, within round-off.
 
     One is the largest change of q (rad) and u (rad/s). Runs and their judges share that of u, and
-    their difference does not show it. Others are slides that count as rest within round-off, and
-    presses to a depth at which a force jumps.
+    their difference does not show it. Others are slides that count as rest within round-off,
+    presses to a depth at which a force jumps, and impacts that would come later, or not at all.
     """
     resting = any(
         tangent is not None and not direction
         for tangent, direction in zip(system.tangents, state.sliding, strict=True)
     )
-    unsure = [*_presses_at_jumps(system, state)]
+    unsure = [*_presses_at_jumps(system, state), *_early_impacts(system, scene, state)]
     unsure += _slides_at_rest(scene, state) if resting else []
     change = 0.0
     for given, own in ((scene.q, state.q), (scene.u, state.u)):
@@ -48,6 +55,42 @@ def doubts_of_start(system: HybridSystem, scene: Scene, state: HybridState) -> l
     # A contact that is closed; friction alone brings speeds to rest without one.
     index = next((i for i, gap in enumerate(state.gaps) if gap == 0), 0)
     return [Doubt(0.0, Trigger(EventKind.HITS, index), 0.0, change, 0.0), *unsure]
+
+
+def _early_impacts(system: HybridSystem, scene: Scene, state: HybridState) -> Iterator[Doubt]:
+    """Yield doubts on impacts at the start of points that are slightly off a rigid contact.
+
+    They come at the start, and in truth after the time that the point needs. Where loads may turn
+    it before, the speeds after the impact are in doubt.
+    """
+    q = system.number(scene.q[0]), system.number(scene.q[1])
+    pose = system.pose(q)
+    # The contacts of a judge are moved to the pose.
+    given = contact_elements(system.effects, system.chain)
+    for index, element in enumerate(given):
+        normal = element.normal
+        if normal is None or not element.rigid or state.gaps[index] != 0:
+            continue
+        gap, row = pose.value(normal, q) - element.bound, pose.row(normal)
+        speed = approach(row, state.u, _ROUNDING, system.scales.lever)
+        if not (gap > 0 and speed < 0):
+            continue
+        away = speed_along(row, _free_accelerations(system, pose, state))
+        away += pose.bias(normal, state.u)
+        impulse = _MOST_OF_AN_IMPACT * speed / pose.response(row, row)
+        change = float(largest(pose.impulse_response((impulse * row[0], impulse * row[1]))))
+        if not away > 0 or speed * speed > _SURELY * 2 * gap * away:
+            # It is later by so many seconds, as those of other impacts are.
+            change = min(change, float(gap / -speed))
+        yield Doubt(0.0, Trigger(EventKind.HITS, index), 0.0, change, 0.0)
+
+
+def _free_accelerations(system: HybridSystem, pose: Pose, state: HybridState) -> Pair:
+    """Return u' (rad/s²) under all loads but those of contacts and dry friction."""
+    loads = smooth_loads(system.effects, system.chain, pose.q, state.u, state.t)
+    active = system.formulation.generalized_active_force(system.chain, pose.q, loads)
+    along = pose.velocity_terms(state.u)
+    return pose.impulse_response((active[0] - along[0], active[1] - along[1]))
 
 
 def _presses_at_jumps(system: HybridSystem, state: HybridState) -> Iterator[Doubt]:

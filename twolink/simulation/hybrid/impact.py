@@ -106,8 +106,8 @@ def placed(
     # The row is constant within so small a correction.
     row = pose.row(coordinate)
     long = row[0] * row[0] + row[1] * row[1]
-    # A smaller gap is the rounding of its own evaluation.
-    least = finest * pose.lever
+    # A smaller gap moves the angles by less than a rounding.
+    least = finest * largest(row)
     for _ in range(2):
         gap = pose.value(coordinate, q) - bound
         if abs(gap) <= least or long == 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -9,7 +10,7 @@ from typing import Any
 
 from twolink.arithmetic import Pair, exactly
 from twolink.chain import Chain
-from twolink.contact.coordinates import ConstraintCoordinate
+from twolink.contact.coordinates import ConstraintCoordinate, PointCoordinate
 from twolink.contact.elements import ContactElement
 from twolink.contact.force_laws import PlasticState
 from twolink.contact.states import ContactState
@@ -22,6 +23,7 @@ from twolink.simulation.hybrid.mode import Mode
 from twolink.simulation.hybrid.pose import Pose, PoseFormulas
 from twolink.simulation.hybrid.scales import Scales
 from twolink.simulation.hybrid.tally import Tally
+from twolink.simulation.hybrid.tolerances import NO_LEVER
 from twolink.values import Content, Own
 
 
@@ -172,7 +174,19 @@ class HybridSystem:
         return tuple(element.tangent for element in self.elements)
 
     def check(self) -> None:
-        """Raise `SimulationError` if two frictions act along one coordinate."""
+        """Raise `SimulationError` if two frictions act along one coordinate.
+
+        So does a contact whose point is not at A, but so near that its motion is round-off.
+        """
+        least = NO_LEVER * self.scales.lever
+        for element in self.elements:
+            if isinstance(element.normal, PointCoordinate):
+                link, along, across = element.normal.of(self.scene_chain)
+                if link == 1 and 0 < math.hypot(along, across) <= least:
+                    raise SimulationError(
+                        f"{element.name}: the point must be at A, or at least {least:.2g} m from "
+                        f"it; got {math.hypot(along, across):.3g} m"
+                    )
         rubbing = [e.tangent for e in self.elements if e.normal is None]
         for element in self.elements:
             if element.normal is None and rubbing.count(element.tangent) > 1:

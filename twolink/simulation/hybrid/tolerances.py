@@ -51,7 +51,7 @@ NO_REBOUND = 512
 
 # Part of the other row, or of the length of the chain. A shorter Jacobian row is the rounding of
 # zero: the point cannot move that way in this pose. A scene is given in float64, so this is the
-# same in all precisions. Read by impact, constraint, start and zeno.
+# same in all precisions. Read by impact, constraint, start, system and zeno.
 NO_LEVER = 2.0**-46
 
 # Part of the product of two rows. If their determinant is smaller, they are parallel. Also the
