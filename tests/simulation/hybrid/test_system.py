@@ -40,9 +40,7 @@ def test_a_contact_whose_point_hardly_moves_is_refused():
         chain = Chain((1.0, 1.0), (1.0, 1.0), ((distance, 0.0), (0.5, 0.0)), (0.5, 0.5))
         return system_of(Surface((0.0, 2.0), (0.0, -1.0), on=("C1",)), chain=chain)
 
-    with pytest.raises(
-        SimulationError, match="C1 on surface: the point must be at A, or at least 2.8e-14 m"
-    ):
+    with pytest.raises(SimulationError, match=r"C1 on surface: .* at A, or at least 2\.8e-14 m"):
         wall_on_centre(1e-14).check()
     for distance in (0.0, 1e-13, 1.0):
         wall_on_centre(distance).check()

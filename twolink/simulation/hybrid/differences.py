@@ -88,8 +88,9 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     so_far = so_far + (PRECISIONS["double"].rounding + _OF_A_VALUE * own) * sizes
     asked = times[times <= first.reached]
     place = np.searchsorted(moments, asked, side="right") - 1
-    # The error is unknown beyond the end of the measuring run.
-    return np.where(asked <= end, so_far[np.maximum(place, 0)], np.inf)
+    # The error is unknown beyond the end of the measuring run, and where it is not a number.
+    found = so_far[np.maximum(place, 0)]
+    return np.where((asked <= end) & ~np.isnan(found), found, np.inf)
 
 
 def _compared(first: HybridRun, second: HybridRun, moments: Array) -> tuple[Any, Any]:
