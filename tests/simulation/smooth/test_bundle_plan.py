@@ -101,3 +101,10 @@ def test_the_start_is_moved_by_far_more_than_round_off():
     assert offsets[0] == 1e-4
     assert offsets[-1] == 1024 * 2.0**-52
     assert offsets[3] == pytest.approx(12 * 300 * truncation(13))
+
+
+def test_round_off_that_grows_by_more_than_truncation_leaves_no_room():
+    start = Start(1.0, 1.0)
+    assert bundle_plan(1e-6, start, Known(1e3, 1.0)) is not None
+    assert bundle_plan(1e-6, start, Known(1e3, 1.0, 1e7)) is not None
+    assert bundle_plan(1e-6, start, Known(1e3, 1.0, 1e10)) is None

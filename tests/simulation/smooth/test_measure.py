@@ -306,6 +306,23 @@ def test_round_off_grows_where_damping_has_taken_errors_of_the_start_away(
         assert np.all(true_errors(found.kept, exact) <= found.errors)
 
 
+def test_strong_damping_does_not_leave_an_error_unknown():
+    """The chain stays straight, as its numbers are exact, and is not stable in the end.
+
+    A factor for all that damping takes away would leave an error of 3e10 in 113 bits: flows along
+    a run tell the growth.
+    """
+    chain, rate = Chain.uniform_bars((3.0, 3.0), (1.0, 1.0)), -2.625
+    torque = JointTorque(amplitude=(8 * rate, 2.5 * rate), frequency=(0.75, 0.75))
+    effects = (JointSpring((0.0, -60.0)), JointDamping((0.0, 4.0)), torque)
+    start = Scene(chain, (0.7, 0.7), (8.0, 8.0), 4.5, effects)
+    times = np.linspace(0.0, 4.5, 11)
+    found = measured(start, 1e-11, times)
+    exact = taylor_run(start, times, formulation="kane", precision="quadruple")
+    assert found.worst <= 1e-11
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
 @dataclass(frozen=True)
 class HeldUntil(Effect):
     """A control that holds the chain upright, and is switched off smoothly at a time (s)."""
