@@ -382,6 +382,15 @@ def test_a_link_that_its_weight_would_lift_off_is_wedged_and_may_leave(friction,
         assert states[0] is S.FORWARD
 
 
+@pytest.mark.parametrize(
+    "contact", [Surface((0.0, 0.0), (0.0, -1.0)), JointStop("A", lower=0.0)], ids=["floor", "stop"]
+)
+def test_a_contact_without_loads_has_no_choice(contact):
+    """Whether it counts as closed or as open, the chain stays at rest."""
+    system = system_of(contact, chain=BARS)
+    assert selected(system, state_of(system, (0.0, 0.0), (0.0, 0.0))).others == ()
+
+
 def test_a_chain_whose_rest_is_its_only_motion_has_no_choice():
     system = system_of(Gravity(), JointFriction((40.0, 40.0)), chain=BARS)
     assert selected(system, state_of(system, (0.3, 0.4), (0.0, 0.0))).others == ()

@@ -46,6 +46,7 @@ from twolink.simulation.hybrid.complementarity import (
     Orders,
     Problem,
     States,
+    Zero,
     begun,
     coincide,
     is_at_rest,
@@ -317,9 +318,16 @@ def _departs(orders: Orders) -> bool:
 def _departures(
     problem: Problem, found: list[Candidate], orders: Mapping[States, Orders]
 ) -> tuple[States, ...]:
-    """Return the modes in which the chain leaves its rest, at once or by a higher derivative."""
+    """Return the modes in which the chain leaves its rest, at once or by a higher derivative.
+
+    A contact that may open has all derivatives of its gap at zero where no load moves the chain.
+    """
     at_once = _other_motions(problem, found, (0.0, 0.0))
-    return tuple(c.states for c in found if c.states in at_once or _departs(orders[c.states]))
+    moving = {
+        states: {each: order for each, order in known.items() if not isinstance(order, Zero)}
+        for states, known in orders.items()
+    }
+    return tuple(c.states for c in found if c.states in at_once or _departs(moving[c.states]))
 
 
 def _preferred(
