@@ -204,7 +204,7 @@ def test_bad_stops_are_refused(options, words):
 
 
 def test_a_start_beyond_a_stop_is_refused():
-    with pytest.raises(SimulationError, match=r"A on its upper stop: .*; got a start 0.2 inside"):
+    with pytest.raises(SimulationError, match=r"upper stop: .*; got a start 0.2 rad inside"):
         simulate(scene(JointStop("A", upper=0.3), q=(0.5, 0.0)))
 
 

@@ -302,7 +302,7 @@ def test_bad_surfaces_are_refused(options, words):
 
 def test_a_start_inside_is_refused():
     with pytest.raises(
-        SimulationError, match=r"D on floor: the scene must start .*; got a start 0\.09\d* inside"
+        SimulationError, match=r"D on floor: the scene must start .*; got a start 0\.09\d* m inside"
     ):
         simulate(scene(Gravity(), floor(0.0), q=(0.1, 0.0)))
 

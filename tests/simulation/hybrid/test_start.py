@@ -73,7 +73,7 @@ def test_a_contact_is_touched_only_without_speed_along_it(u, touching):
 
 
 def test_a_start_inside_a_rigid_contact_is_refused():
-    with pytest.raises(SimulationError, match=r"D on surface: .*; got a start 0\.01 inside"):
+    with pytest.raises(SimulationError, match=r"D on surface: .*; got a start 0\.01 m inside"):
         start(floor(0.01))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from twolink.contact.coordinates import JointCoordinate
 from twolink.contact.elements import ContactElement
 from twolink.errors import IntegrationError, SimulationError
 from twolink.integration.precisions import PRECISIONS
@@ -116,9 +117,10 @@ def _touching(system: HybridSystem, pose: Pose) -> list[int]:
             if gap <= max(tolerances.ROUNDED_PLACE * rounding, _rounded_place(pose, element)):
                 found.append(index)
         elif gap < 0 and element.rigid:
+            unit = "rad" if isinstance(element.normal, JointCoordinate) else "m"
             raise SimulationError(
                 f"{element.name}: the scene must start outside or in contact; got a start"
-                f" {-float(gap):.6g} inside"
+                f" {-float(gap):.6g} {unit} inside"
             )
     return found
 
