@@ -123,7 +123,7 @@ ROWS = {
         "balance bundles changes forgotten load_sizes",
         "bundle_plan longest_step pieces",
         "flows quadrature rates steps visited",
-        "integrators lane_run",
+        "growth_along integrators lane_run",
         "bundled",
         "numeric stiffness taylor",
         "linear",

@@ -20,7 +20,8 @@ from twolink.ensembles.speeds import Speeds, derivatives, truncation_within
 from twolink.errors import SimulationError
 from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.forgotten import damping_rates, factor_of, may_forget
+from twolink.simulation.smooth.forgotten import damping_rates, factor_of
+from twolink.simulation.smooth.growth_along import is_autonomous
 from twolink.simulation.smooth.judging import MORE_ORDERS
 from twolink.simulation.smooth.longest_step import paces
 from twolink.simulation.smooth.moved_start import ROUNDINGS, moved_start
@@ -218,7 +219,7 @@ class _Damping:
 
     def __init__(self, lanes: Lanes) -> None:
         """Begin at the start."""
-        self._lanes, self._acts = lanes, may_forget(lanes.effects)
+        self._lanes, self._acts = lanes, not is_autonomous(lanes.effects)
         self._exponents, self._rates = np.zeros(LANES), np.zeros(LANES)
         if self._acts:
             self._rates = self._rates_in(lanes.q, lanes.u, np.zeros(LANES))

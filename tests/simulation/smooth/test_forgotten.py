@@ -14,16 +14,8 @@ from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
-from twolink.effects.motor_inertia import MotorInertia
 from twolink.loads import motor_loads
-from twolink.scene import Scene
-from twolink.simulation.smooth.forgotten import (
-    damping_rates,
-    factor_of,
-    factors,
-    forgotten_until,
-    may_forget,
-)
+from twolink.simulation.smooth.forgotten import damping_rates, factor_of
 
 BARS = Chain.uniform_bars((1.3, 0.7), (0.9, 1.1))
 
@@ -88,8 +80,6 @@ def test_loads_that_do_not_depend_on_speeds_have_no_rates(random):
     q, u, t = states(random, 5)
     effects = (Gravity(), JointSpring((1e5, 2.0)), JointTorque((1e9, 3.0)))
     assert not damping_rates(BARS, effects, q, u, t).any()
-    assert may_forget(effects)
-    assert not may_forget((Gravity(), JointSpring((1.0, 2.0)), MotorInertia((0.1, 0.1))))
 
 
 def test_rates_of_lanes_do_not_depend_on_their_neighbours(random):
@@ -102,18 +92,5 @@ def test_rates_of_lanes_do_not_depend_on_their_neighbours(random):
         assert found[:, lane].tolist() == alone.tolist()
 
 
-def test_factors_are_those_of_the_integral():
-    times = np.linspace(0.0, 2.0, 201) ** 1.5
-    found = factors(np.diff(times), 3 * times)
-    assert found == pytest.approx(np.exp(1.5 * times**2), rel=1e-3)
-    assert found[0] == 1.0
+def test_factors_beyond_any_use_are_unknown():
     assert factor_of(np.array([0.0, 1.0, 1e4, np.nan])).tolist() == [1.0, math.e, np.inf, np.inf]
-
-
-def test_a_scene_without_damping_forgets_nothing(random):
-    scene = Scene(BARS, (0.3, 0.2), (1.0, 2.0), 3.0, (Gravity(),))
-    times, motion = np.linspace(0, 3, 7), random.normal(size=(4, 7))
-    assert forgotten_until(scene, times, motion).tolist() == [1.0] * 7
-    damped = Scene(BARS, (0.3, 0.2), (1.0, 2.0), 3.0, (Gravity(), JointDamping((0.0, 0.01))))
-    found = forgotten_until(damped, times, motion)
-    assert (np.diff(found) > 0).all()

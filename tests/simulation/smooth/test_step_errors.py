@@ -454,28 +454,6 @@ def test_errors_of_flows_grow_in_their_own_directions():
     assert np.all(true_errors(run, exact) <= errors.at(times) + output)
 
 
-def test_the_growth_of_round_off_is_that_of_all_flows_to_a_step():
-    """Damping takes errors of the start away, and not those of later steps."""
-    damped = scene((1.0, -2.0), (0.5, 0.0), effects=(Gravity(), JointDamping((0.3, 0.2))))
-    _, errors = observed(damped, 15)
-    (part,) = errors._parts
-    flows, states = part.linear.flows, part.linear.states
-    sizes = np.abs(states).max(axis=0).reshape(2, 2).max(axis=1).repeat(2)
-    spread, largest, ends = np.diag(sizes**2), [], part.linear.starts + part.linear.lengths
-    for flow in flows:
-        spread = flow @ spread @ flow.T + np.diag(sizes**2)
-        largest.append(np.sqrt(np.diag(spread)[:2]).max())
-    found = errors.growth_at(TIMES)
-    place = np.searchsorted(ends, TIMES)[1:-1]
-    assert np.all(found[1:-1] >= np.maximum.accumulate(largest)[place - 1] * (1 - 1e-9))
-    # That of the start alone is far less.
-    alone = flows[0]
-    for flow in flows[1:]:
-        alone = flow @ alone
-    assert np.abs(alone @ sizes).max() < 0.1 * found[-1]
-    assert 1.0 < found[-1] < 1e3
-
-
 def test_errors_of_steps_that_cancel_are_known_less():
     """The motion stays straight, as its numbers are exact: defects within steps cancel."""
     chain, rate = Chain.uniform_bars((3.0, 3.0), (1.0, 1.0)), -2.625

@@ -12,7 +12,7 @@ speeds. Its distance from the first lane, divided by δ, is the growth G of an e
 error on each step grows by more, seven times at the median: E is at least what G lets expect. And
 round-off grows by G also where truncation errors do not show it, as they are far smaller than those
 of the order, in steps at the cap, or keep a symmetry of the motion, such as links that spin folded.
-Where damping takes errors of the start away, those of later steps may grow by more (`forgotten`).
+Where loads depend on speeds or time, errors of later steps may grow by more (`growth_along`).
 
 The second lane has an error of at most D_1 + e: nearly its distance, as E is a small part of it.
 The first lane has e, and is the result if only it has the accuracy. The bounds have margins
@@ -51,7 +51,7 @@ from twolink.simulation.smooth.bundles import (
     Followed,
 )
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.forgotten import MOST, forgotten_until
+from twolink.simulation.smooth.growth_along import growth_along, is_autonomous
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.lane_run import LaneRun, Lanes, lanes
 from twolink.simulation.smooth.moved_start import ON_EACH_STEP, moved_start
@@ -183,19 +183,18 @@ class Bundled:
     def grown_from_start_at(self, times: Array) -> Array:
         """Return the growth of an error of the start up to each time (s), shape (n,).
 
-        It is that of errors of later steps, too, where damping takes those of the start away.
+        It is that of errors of later steps, too.
         """
         return largest_until(times, self.grid, self._grown_from_any)
 
     @cached_property
     def _grown_from_any(self) -> Array:
         """The growth of an error of the start or of a later step, at the times of the grid."""
-        with np.errstate(over="ignore"):
-            return self._grown_from_start * self._forgotten
-
-    @cached_property
-    def _forgotten(self) -> Array:
-        return forgotten_until(self.first.scene, self.grid, self.found.motions[FIRST])
+        scene, own = self.first.scene, self._grown_from_start
+        if is_autonomous(scene.effects):
+            return own
+        of_steps = growth_along(scene, self.first.formulation, self.grid, self.found.motions[FIRST])
+        return np.maximum(own, of_steps / ON_EACH_STEP)
 
     @cached_property
     def _of_round_off(self) -> float:
@@ -264,11 +263,6 @@ class Bundled:
         fastest = max(1.0, float(np.abs(self.found.motions[FIRST, 2:]).max()))
         angles, speeds = self._apart[:, :2].max(), self._apart[:, 2:].max()
         return bool(max(angles, speeds / fastest) <= _LINEAR)
-
-    @property
-    def shows_growth(self) -> bool:
-        """Whether the lanes tell how errors of the start and of later steps grow."""
-        return self.is_linear and bool(self._forgotten[-1] <= MOST)
 
     @property
     def is_resolved(self) -> bool:

@@ -6,7 +6,8 @@ later multiplies the round-off of the steps until then: a link that is held acro
 and not by a slow one. In angles and momenta the volume of errors is kept by all other loads, and
 shrinks by exp(−∫ tr D dt) by these, where D = −M⁻¹ ∂Q/∂u has the rates of damping. So an error of a
 step grows by at most about exp(∫ tr D dt) times as much as one of the start, for the positive rates
-alone.
+alone. That is pessimistic, and takes no derivatives by angles: for lanes of many motions. The flows
+of `growth_along` tell more of a single one.
 """
 
 from __future__ import annotations
@@ -18,54 +19,15 @@ from numpy.typing import NDArray
 
 from twolink.chain import Chain
 from twolink.effects import Effect, smooth_loads
-from twolink.effects.effect import ConservativeEffect, RotorEffect
-from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS, gathered_force
 
 Array = NDArray[np.float64]
 
 # The part of the largest speed by which speeds are changed for the derivatives of loads.
-_CHANGE = 2.0**-10
+_CHANGE = 2.0**-17
 
 # Larger ones are unknown.
 _LARGEST_EXPONENT = 200.0
-
-MOST = 1e3
-"""The largest factor that still tells the growth of round-off: a larger one is far too pessimistic.
-
-A motion with stronger damping has its errors carried over its steps.
-"""
-
-_OTHERS = ConservativeEffect, RotorEffect
-
-
-def may_forget(effects: tuple[Effect, ...]) -> bool:
-    """Return whether loads may depend on speeds."""
-    return not all(isinstance(effect, _OTHERS) for effect in effects)
-
-
-def forgotten_until(scene: Scene, times: Any, states: Any) -> Array:
-    """Return the factor up to each time (s), shape (n,), from q and u there, shape (4, n).
-
-    It is at least 1, and infinite where it is unknown.
-    """
-    times, states = np.asarray(times, dtype=float), np.asarray(states).astype(float)
-    if not may_forget(scene.effects):
-        return np.ones_like(times)
-    chain = scene.moving_chain.convert(float)
-    rates = damping_rates(chain, scene.effects, states[:2], states[2:], times)
-    return factors(np.diff(times), rates)
-
-
-def factors(lengths: Array, rates: Array) -> Array:
-    """Return the factors at the ends of intervals (s) and at their start, from the rates there.
-
-    The lengths have shape (n, …), and the rates (1/s) and the factors shape (n + 1, …).
-    """
-    with np.errstate(all="ignore"):
-        areas = lengths * (rates[1:] + rates[:-1]) / 2
-    exponents = np.concatenate([np.zeros_like(rates[:1]), np.cumsum(areas, axis=0)])
-    return factor_of(exponents)
 
 
 def factor_of(exponents: Array) -> Array:

@@ -22,8 +22,8 @@ that of as many sums as steps, and eight roundings times the growth of errors, w
 lower order has measured. Without the latter one motion in 1500, whose truncation errors cancelled,
 had ten times the reported error. And a third run, of the first order, starts nearby: its distance
 shows the growth of the round-off that both runs share. Without it links that spin folded, which
-leave that by this round-off alone, had 1e10 times the reported error. Where damping takes the error
-of a start away, the flows along a run tell the growth of that of later steps (`forgotten`).
+leave that by this round-off alone, had 1e10 times the reported error. Where loads depend on speeds
+or time, errors of later steps may grow by more, as the flows along a run show (`growth_along`).
 
 *By its own defect.* Nearer to round-off no second run is needed: the defect of the run's own steps
 gives its error, and that of the estimate (`step_errors`). Where the error is above the accuracy and
@@ -53,7 +53,7 @@ from twolink.simulation.shortened import UnseenError
 from twolink.simulation.smooth.bundle_plan import bundle_plan
 from twolink.simulation.smooth.bundled import Bundled, start_of
 from twolink.simulation.smooth.corrected import corrected_run
-from twolink.simulation.smooth.forgotten import MOST, forgotten_until
+from twolink.simulation.smooth.growth_along import growth_along, is_autonomous
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
     MARGIN_OF_LIKE_PRECISIONS,
@@ -155,10 +155,9 @@ class _Search:
 
     Only a result that is to be `correct`ed has its estimated error subtracted. A motion that is
     `balanced` at the start grows from round-off, which runs of one precision share. `from_start` is
-    the growth of an error of the start, or of a later step, up to each time, infinite where it is
-    unknown. `loads` have
-    their round-off along the motion, which is nearly the same in all runs. Code for defects took
-    `compile_seconds`.
+    the growth of an error of the start up to each time, infinite where it is unknown, and
+    `of_steps` that of errors of later steps, where it may be larger. `loads` have their round-off
+    along the motion, which is nearly the same in all runs. Code for defects took `compile_seconds`.
     """
 
     runs: Runs
@@ -167,6 +166,7 @@ class _Search:
     balanced: bool
     prediction: Prediction = field(default_factory=Prediction)
     from_start: Array = field(default_factory=lambda: np.full(1, np.inf))
+    of_steps: Array = field(default_factory=lambda: np.zeros(1))
     loads: LoadsAlong | None = None
     compile_seconds: float = 0.0
 
@@ -215,7 +215,7 @@ class _Search:
             return None
         grown = found.grown_at(self.runs.times)
         self.prediction = self.prediction.learned(grown)
-        if found.shows_growth:
+        if found.is_linear:
             self.from_start = found.grown_from_start_at(self.runs.times)
         bounds = found.bounds
         if bounds is None or bounds.first > self.accuracy:
@@ -240,7 +240,7 @@ class _Search:
             order = self._cheapest_pair(precision, order, truncated)
             kept, judge, compared = self._pair(precision, (order, order + MORE_ORDERS))
             errors = self._judged(compared, MARGIN_OF_ORDERS)
-            grown = errors / MARGIN_OF_ORDERS / truncation(order)
+            grown = compared.apart / truncation(order)
             self.prediction = self.prediction.learned(grown)
             yield self._of(kept, errors)
             yield self._of(judge, self._judged(compared, MARGIN_OF_JUDGES))
@@ -346,25 +346,18 @@ class _Search:
         """
         kept, judge, common = self.runs.pair(precision, orders)
         if not np.isfinite(self.from_start).all():
-            grown = self.runs.grown_from_start(precision, orders[0])
-            self.prediction = self.prediction.learned(ON_EACH_STEP * grown)
-            self.from_start = self._also_of_steps(grown, kept)
+            self.from_start = self.runs.grown_from_start(precision, orders[0])
+            self.prediction = self.prediction.learned(ON_EACH_STEP * self.from_start)
+        if not is_autonomous(self.runs.scene.effects):
+            # Each run anew: one in longer numbers may stay where loads change fast.
+            self.of_steps = self._grown_on_steps(kept)
         return kept, judge, self._compared(kept, judge, common)
 
-    def _also_of_steps(self, from_start: Array, run: TaylorRun) -> Array:
-        """Return the growth of errors of later steps, too, shape (n,), by that of the start's.
-
-        Where strong damping takes the latter away, it is that of flows along a run.
-        """
+    def _grown_on_steps(self, run: TaylorRun) -> Array:
+        """Return the growth of errors of later steps along a run, up to each time, shape (n,)."""
         places, states = visited_by(run).everywhere
-        forgotten = forgotten_until(self.runs.scene, places, states)
-        found = from_start * largest_until(self.runs.times, places, forgotten)
-        if forgotten[-1] <= MOST or not np.isfinite(from_start).all():
-            return np.asarray(found)
-        precision: PrecisionName = "double" if run.precision == "double" else "long double"
-        _, errors = self._with_errors(precision, PRECISIONS[precision].full_order, precision)
-        of_steps = errors.growth_at(self.runs.times) / ON_EACH_STEP
-        return np.asarray(np.fmin(found, np.maximum(from_start, of_steps)))
+        found = growth_along(self.runs.scene, run.formulation, places, states)
+        return np.asarray(largest_until(self.runs.times, places, found))
 
     def _compared(self, kept: TaylorRun, judge: TaylorRun, common: Common) -> _Compared:
         """Return the difference of two runs of one precision, and the round-off of both."""
@@ -390,12 +383,13 @@ class _Search:
         apart, shared, rounding = compared
         carried = MOST_ROUND_OFF * rounding * self._of_round_off
         found = margin * apart + shared + carried + self.prediction.shared_round_off(rounding)
-        return np.where(np.isfinite(self.from_start), found, np.inf)
+        return np.where(np.isfinite(self.from_start + self.of_steps), found, np.inf)
 
     @property
     def _of_round_off(self) -> Array:
         """The growth of round-off on each step by that of other errors, 0 where it is unknown."""
-        return np.where(np.isfinite(self.from_start), ON_EACH_STEP * self.from_start, 0.0)
+        found = np.maximum(ON_EACH_STEP * self.from_start, self.of_steps)
+        return np.where(np.isfinite(found), found, 0.0)
 
 
 class _Compared(NamedTuple):

@@ -186,30 +186,6 @@ class StepErrors:
         """Return the standard deviation of the estimate (rad, rad/s) up to each time (s)."""
         return self._largest([each.noise for each in self._bounds], times)
 
-    def growth_at(self, times: Array) -> Array:
-        """Return the growth of a round-off of 1 on each step up to each time (s), shape (n,).
-
-        It is relative to the largest values of the variables, and infinite if the steps were too
-        many to be kept.
-        """
-        if not self.is_kept:
-            return np.full(len(times), np.inf)
-        states = np.concatenate([part.linear.states for part in self._parts])
-        sizes = np.abs(states).max(axis=0)
-        variances = np.repeat(np.maximum(sizes[::2], sizes[1::2]), 2) ** 2
-        known, found = (np.zeros((4, 0)), np.diag(variances)), []
-        for part in self._parts:
-            count = len(part.linear.lengths)
-            _, covariances = accumulated(
-                part.linear.flows,
-                np.zeros((count, 4, 0)),
-                np.broadcast_to(variances, (count, 4)),
-                known,
-            )
-            known = known[0], covariances[-1]
-            found.append(_deviations(part.linear, covariances).max(axis=0))
-        return self._largest(found, times)
-
     def _largest(self, values: list[Array], times: Array) -> Array:
         """Return the largest value of the steps up to each time (s)."""
         ends, every = np.concatenate([each.ends for each in self._bounds]), np.concatenate(values)
