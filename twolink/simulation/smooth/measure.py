@@ -191,13 +191,16 @@ class _Search:
         """Yield the lane of a bundle that has the accuracy, if double precision gives it."""
         start = start_of(self.runs.scene, self.runs.formulation, self.runs.longest_step)
         plan = bundle_plan(self.accuracy, start)
-        if plan is not None and plan.order >= PRECISIONS["double"].truncated_order:
+        is_driven = not is_autonomous(self.runs.scene.effects)
+        if is_driven or (plan and plan.order >= PRECISIONS["double"].truncated_order):
             # Near round-off, a run may have to be measured by its defect.
             self.runs.expect_errors()
         for _ in range(_BUNDLES):
             found = None if plan is None else self.runs.bundle(plan)
             if found is None:
                 return
+            if is_driven:
+                self.compile_seconds += self.runs.wait_for_errors()
             measured = self._of_bundle(found)
             if measured is None:
                 plan = bundle_plan(self.accuracy, start, found.known)
