@@ -33,8 +33,8 @@ ROUNDED_PLACE = 8
 
 # Roundings of the sum of all forces. A friction limit, a normal force or an acceleration that is
 # smaller is zero within the precision, and the next derivatives decide. The factor
-# covers the solution of two equations in a pose near a singular one. Read by doubts_of_jump, noise,
-# impact, resolution, scales, singular_pose and start.
+# covers the solution of two equations in a pose near a singular one. Read by doubts_of_jump,
+# doubts_of_start, noise, impact, resolution, scales, singular_pose and start.
 UNDECIDED = 2.0**20
 
 # Roundings of the terms of a speed. A smaller speed along a coordinate is zero within round-off.
