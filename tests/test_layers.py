@@ -129,7 +129,7 @@ ROWS = {
         "linear",
         "correction defect residuals round_off",
         "prediction runs step_errors",
-        "corrected",
+        "corrected pairs",
         "measure",
     ],
     "twolink.simulation.hybrid": [

@@ -371,7 +371,7 @@ def test_a_growth_that_lanes_have_shown_takes_no_run():
     made = Runs(HARD["reference"], TIMES, "momenta", quiet, 1.0)
     search = measure._Search(made, 1e-4, True, False)
     search._of_bundle(made.bundle(BundlePlan(15, 30.0)))
-    assert np.isfinite(search.from_start).all()
+    assert np.isfinite(search.pairs.growth.from_start).all()
     count = len(made.made)
     next(search._judged_by_order("double"))
     assert len(made.made) == count + 2
@@ -523,7 +523,7 @@ def test_the_growth_bounds_round_off_that_two_runs_share(monkeypatch):
     search = measure._Search(made, 1e-8, True, False)
     next(search._judged_by_order("double"))
     monkeypatch.setattr(Common, "until", lambda common, times: np.zeros(len(times)))
-    equal = search._judged(search._compared(*made.pair("double", (15, 19))), 2.0)
+    equal = search._judged(search._pair("double", (15, 19)), 2.0)
     monkeypatch.undo()
     exact = taylor_run(HARD["reference"], TIMES, formulation="kane", precision="long double")
     assert np.all(true_errors(made.run("double", 19), exact) <= equal)

@@ -51,7 +51,7 @@ from twolink.simulation.smooth.bundles import (
     Followed,
 )
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.growth_along import growth_along, is_autonomous
+from twolink.simulation.smooth.growth_along import RoundOffGrowth, growth_along, is_autonomous
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.lane_run import LaneRun, Lanes, lanes
 from twolink.simulation.smooth.moved_start import ON_EACH_STEP, moved_start
@@ -180,26 +180,23 @@ class Bundled:
         """Return the growth up to each time (s), shape (n,)."""
         return largest_until(times, self.grid, self._growths)
 
-    def grown_from_start_at(self, times: Array) -> Array:
-        """Return the growth of an error of the start up to each time (s), shape (n,).
-
-        It is that of errors of later steps, too.
-        """
-        return largest_until(times, self.grid, self._grown_from_any)
+    def round_off_growth_at(self, times: Array) -> RoundOffGrowth:
+        """Return the growth of errors of the start and of later steps up to each time (s)."""
+        return RoundOffGrowth(*(largest_until(times, self.grid, each) for each in self._growth))
 
     @cached_property
-    def _grown_from_any(self) -> Array:
-        """The growth of an error of the start or of a later step, at the times of the grid."""
-        scene, own = self.first.scene, self._grown_from_start
-        if is_autonomous(scene.effects):
-            return own
-        of_steps = growth_along(scene, self.first.formulation, self.grid, self.found.motions[FIRST])
-        return np.maximum(own, of_steps / ON_EACH_STEP)
+    def _growth(self) -> RoundOffGrowth:
+        """The growth of errors of the start and of later steps, at the times of the grid."""
+        scene, of_steps = self.first.scene, np.zeros(len(self.grid))
+        if not is_autonomous(scene.effects):
+            states = self.found.motions[FIRST]
+            of_steps = growth_along(scene, self.first.formulation, self.grid, states)
+        return RoundOffGrowth(self._grown_from_start, of_steps)
 
     @cached_property
     def _of_round_off(self) -> float:
         """The error of a run with a round-off of 1 on each step, over the whole motion."""
-        return float(max(self._growths[-1], ON_EACH_STEP * self._grown_from_any[-1]))
+        return float(max(self._growths[-1], self._growth.on_each_step[-1]))
 
     @cached_property
     def _growths(self) -> Array:

@@ -9,7 +9,7 @@ is known, and independent errors of all of them are carried to its end.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,9 +20,26 @@ from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.flows import accumulated, exponentials
+from twolink.simulation.smooth.moved_start import ON_EACH_STEP
 from twolink.simulation.smooth.rates import jacobians_of
 
 _OTHERS = ConservativeEffect, RotorEffect
+
+
+class RoundOffGrowth(NamedTuple):
+    """The growth of errors up to each time, shape (n,), infinite where it is unknown.
+
+    `from_start` is that of an error of the start, and `of_steps` that of errors of later steps
+    where it may be larger.
+    """
+
+    from_start: Array
+    of_steps: Array
+
+    @property
+    def on_each_step(self) -> Array:
+        """The error of a run with a round-off of 1 on each step."""
+        return np.asarray(np.maximum(ON_EACH_STEP * self.from_start, self.of_steps))
 
 
 def is_autonomous(effects: tuple[Effect, ...]) -> bool:

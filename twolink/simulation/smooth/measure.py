@@ -40,7 +40,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
@@ -53,7 +53,7 @@ from twolink.simulation.shortened import UnseenError
 from twolink.simulation.smooth.bundle_plan import bundle_plan
 from twolink.simulation.smooth.bundled import Bundled, start_of
 from twolink.simulation.smooth.corrected import corrected_run
-from twolink.simulation.smooth.growth_along import growth_along, is_autonomous
+from twolink.simulation.smooth.growth_along import is_autonomous
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
     MARGIN_OF_LIKE_PRECISIONS,
@@ -63,18 +63,13 @@ from twolink.simulation.smooth.judging import (
 )
 from twolink.simulation.smooth.longest_step import Pace
 from twolink.simulation.smooth.moved_start import ON_EACH_STEP
+from twolink.simulation.smooth.pairs import Pair, Pairs
 from twolink.simulation.smooth.prediction import Prediction
-from twolink.simulation.smooth.round_off import (
-    MOST_ROUND_OFF,
-    LoadsAlong,
-    conversions,
-    rounding_until,
-    sums,
-)
+from twolink.simulation.smooth.round_off import conversions, rounding_until
 from twolink.simulation.smooth.runs import Runs
 from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import TaylorRun
-from twolink.simulation.smooth.visited import Common, VisitingRun, largest_until, visited_by
+from twolink.simulation.smooth.visited import VisitingRun
 
 # The most bundles of lanes for one motion.
 _BUNDLES = 4
@@ -154,10 +149,8 @@ class _Search:
     """The runs of a scene so far, and the `prediction` of further ones, for an accuracy.
 
     Only a result that is to be `correct`ed has its estimated error subtracted. A motion that is
-    `balanced` at the start grows from round-off, which runs of one precision share. `from_start` is
-    the growth of an error of the start up to each time, infinite where it is unknown, and
-    `of_steps` that of errors of later steps, where it may be larger. `loads` have their round-off
-    along the motion, which is nearly the same in all runs. Code for defects took `compile_seconds`.
+    `balanced` at the start grows from round-off, which runs of one precision share. Code for
+    defects took `compile_seconds`.
     """
 
     runs: Runs
@@ -165,10 +158,12 @@ class _Search:
     correct: bool
     balanced: bool
     prediction: Prediction = field(default_factory=Prediction)
-    from_start: Array = field(default_factory=lambda: np.full(1, np.inf))
-    of_steps: Array = field(default_factory=lambda: np.zeros(1))
-    loads: LoadsAlong | None = None
     compile_seconds: float = 0.0
+
+    @cached_property
+    def pairs(self) -> Pairs:
+        """The pairs of runs, and the growth of errors."""
+        return Pairs(self.runs)
 
     def attempts(self) -> Iterator[Measured]:
         """Yield measured runs, the cheapest first: the caller stops at one that suffices."""
@@ -184,8 +179,8 @@ class _Search:
                 yield from self._judged_by_defect(precision, noise)
         # The finest run: the difference is the error of the coarser one, which is larger.
         orders = PRECISIONS[last].full_order, PRECISIONS[last].truncated_order
-        finest, _, compared = self._pair(last, orders)
-        yield self._of(finest, self._judged(compared, MARGIN_OF_LIKE_PRECISIONS))
+        finest = self._pair(last, orders)
+        yield self._of(finest.kept, self._judged(finest, MARGIN_OF_LIKE_PRECISIONS))
 
     def _bundled(self) -> Iterator[Measured]:
         """Yield the lane of a bundle that has the accuracy, if double precision gives it."""
@@ -219,12 +214,14 @@ class _Search:
         grown = found.grown_at(self.runs.times)
         self.prediction = self.prediction.learned(grown)
         if found.is_linear:
-            self.from_start = found.grown_from_start_at(self.runs.times)
+            self.pairs.growth = found.round_off_growth_at(self.runs.times)
         bounds = found.bounds
         if bounds is None or bounds.first > self.accuracy:
             return None
         # The first lane has the more steps.
-        shared = float(self._shared(found.first, grown).max())
+        every = self.pairs.shared(found.first, grown)
+        self.prediction = self.prediction.sharing(every, PRECISIONS["double"].rounding)
+        shared = float(every.max())
         for kept, bound in ((found.second, bounds.second), (found.first, bounds.first)):
             measured = self._of(kept, np.full(len(self.runs.times), bound + shared))
             if measured.worst <= self.accuracy:
@@ -241,12 +238,11 @@ class _Search:
             order = min(order, truncated - MORE_ORDERS)
         while order <= truncated:
             order = self._cheapest_pair(precision, order, truncated)
-            kept, judge, compared = self._pair(precision, (order, order + MORE_ORDERS))
-            errors = self._judged(compared, MARGIN_OF_ORDERS)
-            grown = compared.apart / truncation(order)
-            self.prediction = self.prediction.learned(grown)
-            yield self._of(kept, errors)
-            yield self._of(judge, self._judged(compared, MARGIN_OF_JUDGES))
+            pair = self._pair(precision, (order, order + MORE_ORDERS))
+            errors = self._judged(pair, MARGIN_OF_ORDERS)
+            self.prediction = self.prediction.learned(pair.apart / truncation(order))
+            yield self._of(pair.kept, errors)
+            yield self._of(pair.judge, self._judged(pair, MARGIN_OF_JUDGES))
             order = max(self.prediction.order_of_pair(self.accuracy, precision), order + 2)
 
     def _cheapest_pair(self, precision: PrecisionName, order: int, highest: int) -> int:
@@ -340,67 +336,13 @@ class _Search:
         most = _OF_ROUND_OFF[precision] if self.correct else _OF_RAW_ROUND_OFF
         return noise > most * self.accuracy
 
-    def _pair(
-        self, precision: PrecisionName, orders: tuple[int, int]
-    ) -> tuple[TaylorRun, TaylorRun, _Compared]:
-        """Return a run, its judge, and how far they are apart.
+    def _pair(self, precision: PrecisionName, orders: tuple[int, int]) -> Pair:
+        """Return a run and its judge, from which the prediction learns."""
+        found = self.pairs.pair(precision, orders)
+        self.prediction = self.prediction.learned(ON_EACH_STEP * found.growth.from_start)
+        self.prediction = self.prediction.sharing(found.shared, found.rounding)
+        return found
 
-        The growth of errors of the start is measured by a third run, unless it is known.
-        """
-        kept, judge, common = self.runs.pair(precision, orders)
-        if not np.isfinite(self.from_start).all():
-            self.from_start = self.runs.grown_from_start(precision, orders[0])
-            self.prediction = self.prediction.learned(ON_EACH_STEP * self.from_start)
-        if not is_autonomous(self.runs.scene.effects):
-            # Each run anew: one in longer numbers may stay where loads change fast.
-            self.of_steps = self._grown_on_steps(kept)
-        return kept, judge, self._compared(kept, judge, common)
-
-    def _grown_on_steps(self, run: TaylorRun) -> Array:
-        """Return the growth of errors of later steps along a run, up to each time, shape (n,)."""
-        places, states = visited_by(run).everywhere
-        found = growth_along(self.runs.scene, run.formulation, places, states)
-        return np.asarray(largest_until(self.runs.times, places, found))
-
-    def _compared(self, kept: TaylorRun, judge: TaylorRun, common: Common) -> _Compared:
-        """Return the difference of two runs of one precision, and the round-off of both."""
-        apart = common.until(self.runs.times)
-        grown = apart / truncation(min(kept.order, judge.order))
-        # The run of the higher order takes the more steps, by a few hundredths.
-        shared = self._shared(max(kept, judge, key=lambda run: run.steps), grown)
-        return _Compared(apart, shared, PRECISIONS[kept.precision].rounding)
-
-    def _shared(self, run: VisitingRun, grown: Array) -> Array:
-        """Return the round-off that a run and its judge may share up to each time."""
-        if self.loads is None:
-            self.loads = LoadsAlong.along(run)
-        times = self.runs.times
-        carried = np.maximum(grown, self._of_round_off)
-        shared = sums(run, times) + self.loads.errors(run, times, carried)
-        rounding = PRECISIONS[run.precision].rounding
-        self.prediction = replace(self.prediction, shared=float(shared.max()) / rounding)
-        return shared
-
-    def _judged(self, compared: _Compared, margin: float) -> Array:
+    def _judged(self, pair: Pair, margin: float) -> Array:
         """Return the error that the difference of two runs bounds; infinite where it is unknown."""
-        apart, shared, rounding = compared
-        carried = MOST_ROUND_OFF * rounding * self._of_round_off
-        found = margin * apart + shared + carried + self.prediction.shared_round_off(rounding)
-        return np.where(np.isfinite(self.from_start + self.of_steps), found, np.inf)
-
-    @property
-    def _of_round_off(self) -> Array:
-        """The growth of round-off on each step by that of other errors, 0 where it is unknown."""
-        found = np.maximum(ON_EACH_STEP * self.from_start, self.of_steps)
-        return np.where(np.isfinite(found), found, 0.0)
-
-
-class _Compared(NamedTuple):
-    """How far two runs are `apart`, and the round-off that they may share, of shape (n,).
-
-    In rad and rad/s, up to each time; `rounding` is that of their precision.
-    """
-
-    apart: Array
-    shared: Array
-    rounding: float
+        return pair.bound(margin, self.prediction.shared_round_off(pair.rounding))

@@ -51,6 +51,10 @@ class Prediction:
         known = np.where(np.isfinite(grown), grown, 0.0)
         return replace(self, grown=known if self.grown is None else np.maximum(self.grown, known))
 
+    def sharing(self, shared: Array, rounding: float) -> Prediction:
+        """Return the prediction for runs that share so much round-off of sums and loads."""
+        return replace(self, shared=float(shared.max()) / rounding)
+
     def order_of_pair(self, accuracy: float, precision: PrecisionName) -> int:
         """Return the lowest order of a run whose judge is expected to have an accuracy.
 
