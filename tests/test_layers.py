@@ -120,7 +120,7 @@ ROWS = {
     ],
     "twolink.simulation.smooth": [
         "equations judging moved_start sized",
-        "balance bundles changes forgotten load_sizes",
+        "balance bundles changes load_sizes",
         "bundle_plan longest_step pieces",
         "flows quadrature rates steps visited",
         "growth_along integrators lane_run",
@@ -163,7 +163,7 @@ ROWS = {
         "axes comparisons family numbers speeds",
         "blocks deviations terms",
         "compiled linear_flow motion_terms peaks quantity",
-        "alone error lane_rows states",
+        "alone error lane_rows later_errors states",
         "step",
         "carried_bounds following",
         "marching",

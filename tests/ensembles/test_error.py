@@ -57,20 +57,17 @@ def test_the_growth_from_the_start_counts_where_it_is_larger():
     begun = SoFar.at_the_start(at_rest(4))._replace(growths=np.array([0.0, 1e9, 0.0, 0.0]))
     part = 4096 * ROUNDING
     apart = np.array([[1e-9, 1e-9, 1e-9, 1e-9], [1e-10, 1e-9, 0.02, np.nan], [0.0, 0.0, 0.0, 0.0]])
-    found = begun._replace(sizes=np.ones(4)).with_start(apart)
+    found = begun._replace(sizes=np.ones(4)).with_growth(apart)
     grown = 4 * 1e-9 / part
     assert found.growths == pytest.approx(
         np.array(
             [[grown, 1e9, grown, grown], *[[grown, 1e9, np.inf, np.inf]] * 2],
         )
     )
-    # Where damping takes errors of the start away, those of later steps grow by more.
-    forgotten = np.array([[1.0], [1.0], [1e6]]) * np.ones(4)
-    damped = begun._replace(sizes=np.ones(4)).with_start(apart, forgotten)
-    assert damped.growths.tolist() == found.growths.tolist()
-    assert damped.of_steps[:, 0] == pytest.approx([grown, grown, 1e6 * grown])
-    more = damped.bounds(np.zeros((3, 1)))[2, 0] - found.bounds(np.zeros((3, 1)))[2, 0]
-    assert more == pytest.approx(MOST_ROUND_OFF * ROUNDING * 1e6 * grown, rel=1e-5)
+    # Those of later steps count where they grow by more.
+    later = np.array([[0.0], [1e8], [1e12]]) * np.ones(4)
+    more = begun._replace(sizes=np.ones(4)).with_growth(apart, later)
+    assert more.growths[:, 0] == pytest.approx([grown, 1e8, 1e12])
     assert np.isinf(found.bounds(np.ones(4))[1:, 2:]).all()
     assert np.isfinite(found.bounds(np.ones(4))[:, :2]).all()
 
@@ -85,7 +82,7 @@ def test_states_after_the_end_of_a_run_do_not_count():
 
 
 def test_a_bound_is_the_sum_of_truncation_sums_and_growth():
-    measured = SoFar(np.array([1e-9]), np.array([5.0]), np.array([1e4]), np.zeros(1))
+    measured = SoFar(np.array([1e-9]), np.array([5.0]), np.array([1e4]))
     expected = (
         MARGIN_OF_ORDERS * 1e-9 + (A_VALUE + 70) * ROUNDING * 5 + MOST_ROUND_OFF * ROUNDING * 1e4
     )
@@ -94,7 +91,7 @@ def test_a_bound_is_the_sum_of_truncation_sums_and_growth():
 
 @pytest.mark.parametrize("difference", [0.0101, 1.0, np.inf])
 def test_a_difference_that_is_not_small_bounds_nothing(difference):
-    measured = SoFar(np.array([difference, 0.0099]), np.ones(2), np.ones(2), np.zeros(2))
+    measured = SoFar(np.array([difference, 0.0099]), np.ones(2), np.ones(2))
     first, second = measured.bounds(np.array([1.0, 1.0]))
     assert first == np.inf
     assert second == pytest.approx(MARGIN_OF_ORDERS * 0.0099, rel=1e-6)

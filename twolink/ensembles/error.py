@@ -30,14 +30,12 @@ class SoFar(NamedTuple):
     """Measures of runs up to a time: the largest of each, all of shape (…, n).
 
     `differences` from the judges and `sizes` of q and of the terms of u are in rad and rad/s,
-    `growths` are those of errors. `of_steps` are those of errors of later steps, where damping
-    takes the errors of the start away.
+    `growths` are those of errors.
     """
 
     differences: Array
     sizes: Array
     growths: Array
-    of_steps: Array
 
     @classmethod
     def at_the_start(cls, lanes: Lanes) -> SoFar:
@@ -50,7 +48,7 @@ class SoFar(NamedTuple):
         with np.errstate(all="ignore"):
             sizes = sizes_of(chain, np.concatenate([q, u]))
             moved = EQUATIONS[FORMULATION].rounded_speeds(chain, q, u).max(axis=0) * duration
-        return cls(np.zeros(lanes.width), sizes, moved / MOST_ROUND_OFF, np.zeros(lanes.width))
+        return cls(np.zeros(lanes.width), sizes, moved / MOST_ROUND_OFF)
 
     def of(self, which: Any) -> SoFar:
         """Return the measures of some rows, or of some runs."""
@@ -70,29 +68,24 @@ class SoFar(NamedTuple):
             now = np.where(moves, [apart, sizes_of(chain, kept)], 0.0)
         differences = np.maximum.accumulate(np.maximum(now[0], self.differences))
         sizes = np.maximum.accumulate(np.maximum(now[1], self.sizes))
-        growths = np.maximum(self.growths, differences / truncation(order))
-        return SoFar(differences, sizes, growths, np.maximum(self.of_steps, np.zeros_like(growths)))
+        return SoFar(differences, sizes, np.maximum(self.growths, differences / truncation(order)))
 
-    def with_start(self, apart: Array, forgotten: Array | float = 1.0) -> SoFar:
-        """Return the measures with the growth of errors of the start, shape (m, n).
+    def with_growth(self, apart: Array, later: Array | float = 0.0) -> SoFar:
+        """Return the measures with the growth of errors of the start and of later steps, (m, n).
 
         `apart` are the distances at the times of the measures from runs of a moved start. The
-        growth is infinite, as it is unknown, from where it is not in proportion any more.
-        `forgotten` are the factors by which errors of later steps may grow more.
+        growth is infinite, as it is unknown, from where it is not in proportion any more. `later`
+        is that of errors of later steps, where it may be larger.
         """
         largest = np.maximum.accumulate(np.where(np.isnan(apart), np.inf, apart))
         grown = ON_EACH_STEP * growth_of_moved(largest, ROUNDINGS * ROUNDING, LINEAR)
-        with np.errstate(over="ignore"):
-            # Errors of the start are at least as large at the start.
-            of_steps = np.maximum(grown, 1.0) * forgotten
-        return self._replace(
-            growths=np.maximum(self.growths, grown), of_steps=np.maximum(self.of_steps, of_steps)
-        )
+        growths = np.maximum(self.growths, np.maximum(grown, later))
+        return self._replace(growths=growths)
 
     def bounds(self, steps: Array) -> Array:
         """Return bounds on the errors (rad, rad/s) of runs after some numbers of steps."""
         sums = (A_VALUE + steps) * ROUNDING * self.sizes
-        grown = MOST_ROUND_OFF * ROUNDING * np.maximum(self.growths, self.of_steps)
+        grown = MOST_ROUND_OFF * ROUNDING * self.growths
         found = MARGIN_OF_ORDERS * self.differences + sums + grown
         return np.where(self.differences > LINEAR, np.inf, found)
 

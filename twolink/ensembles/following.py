@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 from twolink.ensembles.blocks import ROUNDING, Block, Ends, Lanes
 from twolink.ensembles.compiled import FORMULATION, LANES, System
 from twolink.ensembles.error import SoFar, states_at_ends, states_of
+from twolink.ensembles.later_errors import LaterErrors
 from twolink.ensembles.speeds import Speeds, derivatives, truncation_within
 from twolink.errors import SimulationError
 from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.forgotten import damping_rates, factor_of
-from twolink.simulation.smooth.growth_along import is_autonomous
 from twolink.simulation.smooth.judging import MORE_ORDERS
 from twolink.simulation.smooth.longest_step import paces
 from twolink.simulation.smooth.moved_start import ROUNDINGS, moved_start
@@ -182,7 +181,7 @@ class _Comparison:
         self._chain, self._duration = follower.lanes.chain, follower.lanes.duration
         self._order, self._known = follower.order, follower.growths
         self._measured = SoFar.at_the_start(follower.lanes)
-        self._damped = _Damping(follower.lanes)
+        self._later = LaterErrors(follower.lanes)
         self._steps = np.zeros(LANES)
         self.growths = np.zeros((PLACES + 1, LANES))
         self.so_far = np.zeros(LANES)
@@ -199,7 +198,8 @@ class _Comparison:
         )
         measured = self._measured.with_states(self._chain, first, second, self._order, moves)
         apart = np.where(moves, np.abs(third - first).max(axis=0), 0.0)
-        measured = measured.with_start(apart, self._damped.forgotten(kept.times, first, moves))
+        later = self._later.until(kept.times, _ends_of_steps(kept).swapaxes(0, 1), moves)
+        measured = measured.with_growth(apart, later)
         steps = np.cumsum(moves, axis=0) + self._steps
         self._measured, self._steps = measured.of(-1), steps[-1]
         # The first of the evenly spaced times that is not before the end of a step.
@@ -212,35 +212,6 @@ class _Comparison:
         found = measured.bounds(steps)
         self.so_far = found[-1]
         return found
-
-
-class _Damping:
-    """The part of errors of the start that damping has taken away, in each lane."""
-
-    def __init__(self, lanes: Lanes) -> None:
-        """Begin at the start."""
-        self._lanes, self._acts = lanes, not is_autonomous(lanes.effects)
-        self._exponents, self._rates = np.zeros(LANES), np.zeros(LANES)
-        if self._acts:
-            self._rates = self._rates_in(lanes.q, lanes.u, np.zeros(LANES))
-
-    def forgotten(self, times: Array, states: Array, moves: Any) -> Array | float:
-        """Return the factors at the ends of steps, shape (n, lanes), from the states there.
-
-        The times (s) at their starts and ends have shape (n + 1, lanes).
-        """
-        if not self._acts:
-            return 1.0
-        rates = self._rates_in(states[:2], states[2:], times[1:])
-        before = np.concatenate([self._rates[None], rates[:-1]])
-        with np.errstate(all="ignore"):
-            areas = np.where(moves, np.diff(times, axis=0) * (before + rates) / 2, 0.0)
-        exponents = self._exponents + np.cumsum(areas, axis=0)
-        self._exponents, self._rates = exponents[-1], rates[-1]
-        return factor_of(exponents)
-
-    def _rates_in(self, q: Array, u: Array, t: Array) -> Array:
-        return damping_rates(self._lanes.chain, self._lanes.effects, q, u, t)
 
 
 def check_rates(lanes: Lanes, states: Array, compiled: Array, times: Any) -> None:
