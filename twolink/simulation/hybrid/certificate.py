@@ -126,7 +126,7 @@ class Certificate:
         rounding = self._system.rounding
         margins, bernstein, bounds = margins_of(every.reshape(-1, length), rounding)
         zeros: dict[int, int] = {}
-        for number in tuple(self._zero) if self._zero else ():
+        for number in tuple(self._zero):
             zeros[number] = self._steps_of_zero(number, every[:, number])
         # The least margins by which event functions are certified.
         tails = self._tails if at_start else {}

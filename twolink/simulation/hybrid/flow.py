@@ -148,8 +148,7 @@ def _ended(
     """Return the arc at a time (s) or, if that is None, where its last step was cut."""
     end = end_state(course, blocks[-1], until) if blocks else course.state._replace(t=until)
     # A sum is finite only if all terms are.
-    (q1, q2), (u1, u2) = end.q, end.u
-    if not math.isfinite(q1 + q2 + u1 + u2):
+    if not math.isfinite(sum(map(float, (*end.q, *end.u)))):
         raise IntegrationError(
             f"the motion could not be integrated beyond {float(course.state.t):.9g} s (the state "
             f"is not finite there), in the mode '{course.mode}'"

@@ -192,8 +192,8 @@ def _settled(
 
 def _check_held(system: HybridSystem, state: HybridState, pose: Pose, mode: Mode) -> None:
     """Raise `IntegrationError` if a mode holds an element that moves by more than round-off."""
+    most = MOST_STOPPED / system.longest_step
     for coordinate in system.held(mode.states):
-        most = MOST_STOPPED / system.longest_step
         speed = abs(float(speed_along(pose.row(coordinate), state.u)))
         if speed > most * coordinate.size(system.scene_chain):
             states = zip(system.elements, mode.states, strict=True)

@@ -174,10 +174,22 @@ class HybridSystem:
         return tuple(element.tangent for element in self.elements)
 
     def check(self) -> None:
-        """Raise `SimulationError` if two frictions act along one coordinate.
+        """Raise `SimulationError` for contacts and frictions of which no motion is known."""
+        self._check_frictions()
+        self._check_points()
 
-        So does a contact whose point is not at A, but so near that its motion is round-off.
-        """
+    def _check_frictions(self) -> None:
+        """Raise `SimulationError` if two frictions act along one coordinate."""
+        rubbing = [e.tangent for e in self.elements if e.normal is None]
+        for element in self.elements:
+            if element.normal is None and rubbing.count(element.tangent) > 1:
+                raise SimulationError(
+                    f"{element.name} has dry friction twice, that of a URDF included; the scene "
+                    "must have one for each"
+                )
+
+    def _check_points(self) -> None:
+        """Raise `SimulationError` for a contact of a point near A whose motion is round-off."""
         least = NO_LEVER * self.scales.lever
         for element in self.elements:
             if isinstance(element.normal, PointCoordinate):
@@ -187,13 +199,6 @@ class HybridSystem:
                         f"{element.name}: the point must be at A, or at least {least:.2g} m from "
                         f"it; got {math.hypot(along, across):.3g} m"
                     )
-        rubbing = [e.tangent for e in self.elements if e.normal is None]
-        for element in self.elements:
-            if element.normal is None and rubbing.count(element.tangent) > 1:
-                raise SimulationError(
-                    f"{element.name} has dry friction twice, that of a URDF included; the scene "
-                    "must have one for each"
-                )
 
     @cached_property
     def places(self) -> tuple[Any, ...]:

@@ -106,9 +106,8 @@ def left_out(
     flying = [strike.number for strike in struck if strike.number not in state.touching]
     if not flying:
         return None
-    if crowd:
-        # A contact with a very recent impact comes to rest with the others.
-        flying += [strike.number for strike in crowd]
+    # A contact with a very recent impact comes to rest with the others.
+    flying += [strike.number for strike in crowd]
     now = float(state.t)
     latest = max([past.last.get(index, now) for index in flying])
     if not past.tired and now - latest > tolerances.LONG_FLIGHT * system.scales.zeno_time:
