@@ -1,7 +1,7 @@
 """The error that the defects of a run's steps give, against more precise runs."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,10 +10,13 @@ from tests.simulation.smooth.test_measure import (
     HARD,
     TIMES,
     assert_measured,
+    measured,
     scene,
     true_errors,
 )
+from twolink.arithmetic import sqrt
 from twolink.chain import Chain
+from twolink.effects import Effect
 from twolink.effects.end_drag import EndDrag
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
@@ -21,6 +24,7 @@ from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.pd_control import PdControl
 from twolink.integration.precisions import PRECISIONS, longer_than
+from twolink.loads import motor_loads
 from twolink.scene import Scene
 from twolink.simulation.smooth import step_errors, taylor
 from twolink.simulation.smooth.corrected import corrected_run
@@ -471,3 +475,40 @@ def test_errors_of_steps_that_cancel_are_known_less():
     speed = 8 + rate / 0.75 * (1 - np.cos(0.75 * times))
     true = max(np.abs(fixed.q - turned).max(), np.abs(fixed.u - speed).max())
     assert errors.left_at(times)[-1] < true <= errors.corrected_at(times)[-1]
+
+
+@dataclass(frozen=True)
+class FineDrag(Effect):
+    """A drag of joint B that grows with the speed v within a tiny range: c v √(v² + e²)."""
+
+    coefficient: float
+    range: float
+
+    def loads(self, chain, q, u, t=0.0):
+        c, e, v = chain.scalar(self.coefficient), chain.scalar(self.range), u[1] - u[0]
+        return motor_loads(0.0, -c * v * sqrt(v * v + e * e))
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
+def test_errors_beyond_the_range_in_which_loads_change_are_unknown(accuracy):
+    """The motion is straight; errors of a run bend it beyond the range of its own drag."""
+    chain, rate = Chain.uniform_bars((3.0, 3.0), (1.0, 1.0)), -2.625
+    torque = JointTorque(amplitude=(8 * rate, 2.5 * rate), frequency=(0.75, 0.75))
+    effects = (JointSpring((0.0, -40.0)), FineDrag(1e7, 1e-7), torque)
+    straight = Scene(chain, (0.0, 0.0), (8.0, 8.0), 5.0, effects)
+    times = np.linspace(0.0, 5.0, 41)
+    found = measured(straight, accuracy, times)
+    turned = 8 * times + rate / 0.75 * (times - np.sin(0.75 * times) / 0.75)
+    speed = 8 + rate / 0.75 * (1 - np.cos(0.75 * times))
+    true = max(np.abs(found.kept.q - turned).max(), np.abs(found.kept.u - speed).max())
+    assert true <= found.worst <= accuracy
+
+
+def test_smooth_loads_of_ones_own_have_known_errors():
+    """They change little within the errors of a run, and built-in ones are not looked at."""
+    own = scene((1.0, -2.0), (0.5, 0.0), effects=(Gravity(), FineDrag(0.3, 1.0)))
+    _, errors = observed(own, 15)
+    assert 0.0 < errors._bent < 1e-6
+    assert np.isfinite(errors.at(TIMES)).all()
+    _, errors = observed(HARD["damped"], 15)
+    assert errors._bent == 0.0

@@ -21,10 +21,11 @@ from __future__ import annotations
 
 import math
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from twolink.effects import is_built_in
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.names import EquationsName
 from twolink.scene import Scene
@@ -69,6 +70,10 @@ _OF_FLOWS = 0.3
 # changes by a rounding of the next start.
 _VALUES = 4
 
+# The largest change of the logarithms of flows, in all, by an estimated error: errors are carried
+# along the run, and not along the motion.
+_MOST_BENT = 0.25
+
 # The largest size of the logarithm of a step's flow, h J, for which the series in it serve; and the
 # part of it for which shorter steps are made.
 _LARGEST_EXPONENT, _AIM = 2.5, 0.9
@@ -109,6 +114,7 @@ class StepErrors:
         their round-off is small. Their code took `compile_seconds`.
         """
         self._scene, self._formulation, self._precision = scene, formulation, precision
+        self._is_smooth = all(map(is_built_in, scene.effects))
         self.evaluated_in = evaluated_in or precision
         begun = perf_counter()
         self._evaluation = evaluation_of(scene, formulation, self.evaluated_in)
@@ -120,7 +126,7 @@ class StepErrors:
         self._bounds: list[_Bounds] = []
         self._parts: list[_Part] = []
         self._carried = np.zeros((4, 7)), np.zeros((4, 4))
-        self._count = 0
+        self._count, self._bent = 0, 0.0
 
     def __call__(self, steps: Steps) -> None:
         """Add steps that continue those before; steps from 0 s begin anew."""
@@ -228,17 +234,37 @@ class StepErrors:
         lower = carried(linear.flows, apart, known[:, 6])
         errors = np.concatenate([errors, lower[..., None]], axis=2)
         self._carried = errors[-1], covariances[-1]
+        bent = self._bent_by(linear, errors[:-1, :, 0])
         fastest = float((np.abs(found.rates[:, :2]) / linear.lengths[:, None]).max())
         rounded = _VALUES * PRECISIONS[self._precision].rounding
         values = _of_values(linear, rounded * np.abs(linear.states))
         # A defect that is constant over a step has twice its first moment.
         within = _of_values(linear, 2 * np.abs(found.firsts.sum(axis=0)))
-        self._bounds.append(_bounds(linear, (errors, covariances), fastest, values, within))
+        found_bounds = _bounds(linear, (errors, covariances), fastest, values, within)
+        self._bounds.append(found_bounds.known_where(bent <= _MOST_BENT))
         self._count += len(linear.lengths)
         if self.is_kept:
             self._parts.append(_Part(steps, linear, added, errors[:, :, 0].copy()))
         else:
             self._parts = []
+
+    def _bent_by(self, linear: Linear, errors: Array) -> Array:
+        """Return the change of the logarithms of flows by the errors so far, in all, shape (n,).
+
+        Loads that are not built in may change within them.
+        """
+        if self._is_smooth:
+            return np.zeros(len(errors))
+        states, sizes = linear.states, np.abs(linear.states).max(axis=0).reshape(2, 2).max(axis=1)
+        own = np.repeat([max(1.0, sizes[0]), sizes[1] or 1.0], 2)
+        at_start, *moved = (
+            self._derivatives((states + sign * errors).T, linear.starts) for sign in (0, 1, -1)
+        )
+        changes = np.max([np.abs(each - at_start) for each in moved], axis=0)
+        relative = changes * (own[None, :, None] / own[:, None, None])
+        bent = self._bent + np.cumsum(relative.sum(axis=1).max(axis=0) * linear.lengths)
+        self._bent = float(bent[-1])
+        return np.asarray(bent)
 
     def _of_loads(self, linear: Linear) -> LoadSizes:
         """Return the round-off of the loads at the starts of steps."""
@@ -307,6 +333,11 @@ class _Bounds(NamedTuple):
     noise: Array
     estimates: Array
     longest_step: float
+
+    def known_where(self, known: Any) -> _Bounds:
+        """Return bounds that are infinite where the errors are not known."""
+        errors, corrected = (np.where(known, x, np.inf) for x in (self.errors, self.corrected))
+        return self._replace(errors=errors, corrected=corrected)
 
 
 def _moments(exponents: Array) -> int:
