@@ -15,7 +15,7 @@ from twolink.ensembles.blocks import Lanes
 from twolink.ensembles.compiled import FORMULATION
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.flows import exponentials
-from twolink.simulation.smooth.growth_along import is_autonomous
+from twolink.simulation.smooth.growth_along import is_conservative
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class LaterErrors:
         """Begin at the start: an error there is as large as the state."""
         q, u = tuple(lanes.q), tuple(lanes.u)
         second = EQUATIONS[FORMULATION].from_speeds(lanes.chain, q, u)
-        self._lanes, self._acts = lanes, not is_autonomous(lanes.effects)
+        self._lanes, self._acts = lanes, not is_conservative(lanes.effects)
         self._last = np.array(np.broadcast_arrays(*q, *second))
         self._sizes, self._largest = np.zeros((2, lanes.width)), np.zeros(lanes.width)
         start = self._own(self._last[:, None], np.empty((0, lanes.width), bool))

@@ -1,6 +1,7 @@
 """The growth of round-off along a motion, against products of flows and closed forms."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.motor_inertia import MotorInertia
 from twolink.scene import Scene
-from twolink.simulation.smooth.growth_along import growth_along, is_autonomous
+from twolink.simulation.smooth.growth_along import growth_along, is_conservative
 from twolink.simulation.smooth.taylor import taylor_run
 
 # M = diag(3/2, 1/2): the links move independently.
@@ -53,7 +54,16 @@ def test_a_motion_that_is_not_finite_has_an_unknown_growth():
     assert np.isinf(growth_along(scene, "momenta", np.array([0.0, 0.5, 1.0]), states)).all()
 
 
-def test_loads_of_the_pose_alone_are_autonomous():
-    assert is_autonomous((Gravity(), JointSpring((1.0, 2.0)), MotorInertia((0.1, 0.1))))
-    assert not is_autonomous((Gravity(), JointDamping((0.1, 0.1))))
-    assert not is_autonomous((JointTorque((1.0, 0.0)),))
+@dataclass(frozen=True)
+class Tilting(Gravity):
+    """A gravity of one's own that depends on time, though its class has a potential energy."""
+
+    def loads(self, chain, q, u, t=0.0):
+        return super().loads(chain, q, u, t) if t < 1 else ()
+
+
+def test_only_built_in_loads_are_known_to_be_conservative():
+    assert is_conservative((Gravity(), JointSpring((1.0, 2.0)), MotorInertia((0.1, 0.1))))
+    assert not is_conservative((Gravity(), JointDamping((0.1, 0.1))))
+    assert not is_conservative((JointTorque((1.0, 0.0)),))
+    assert not is_conservative((Tilting(),))

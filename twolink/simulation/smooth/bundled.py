@@ -51,7 +51,7 @@ from twolink.simulation.smooth.bundles import (
     Followed,
 )
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.growth_along import RoundOffGrowth, growth_along, is_autonomous
+from twolink.simulation.smooth.growth_along import RoundOffGrowth, growth_along, is_conservative
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.lane_run import LaneRun, Lanes, lanes
 from twolink.simulation.smooth.moved_start import ON_EACH_STEP, moved_start
@@ -188,7 +188,7 @@ class Bundled:
     def _growth(self) -> RoundOffGrowth:
         """The growth of errors of the start and of later steps, at the times of the grid."""
         scene, of_steps = self.first.scene, np.zeros(len(self.grid))
-        if not is_autonomous(scene.effects):
+        if not is_conservative(scene.effects):
             states = self.found.motions[FIRST]
             of_steps = growth_along(scene, self.first.formulation, self.grid, states)
         return RoundOffGrowth(self._grown_from_start, of_steps)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from twolink.effects import Effect
+from twolink.effects import Effect, is_built_in
 from twolink.effects.effect import ConservativeEffect, RotorEffect
 from twolink.names import EquationsName
 from twolink.scene import Scene
@@ -23,7 +23,7 @@ from twolink.simulation.smooth.flows import accumulated, exponentials
 from twolink.simulation.smooth.moved_start import ON_EACH_STEP
 from twolink.simulation.smooth.rates import jacobians_of
 
-_OTHERS = ConservativeEffect, RotorEffect
+_OF_POSE = ConservativeEffect, RotorEffect
 
 
 class RoundOffGrowth(NamedTuple):
@@ -42,9 +42,12 @@ class RoundOffGrowth(NamedTuple):
         return np.asarray(np.maximum(ON_EACH_STEP * self.from_start, self.of_steps))
 
 
-def is_autonomous(effects: tuple[Effect, ...]) -> bool:
-    """Return whether all loads are known to depend on the pose alone."""
-    return all(isinstance(effect, _OTHERS) for effect in effects)
+def is_conservative(effects: tuple[Effect, ...]) -> bool:
+    """Return whether all loads follow from a potential energy: those of built-in effects.
+
+    One's own may depend on time as well.
+    """
+    return all(isinstance(effect, _OF_POSE) and is_built_in(effect) for effect in effects)
 
 
 def growth_along(scene: Scene, formulation: EquationsName, times: Any, states: Any) -> Array:

@@ -53,7 +53,7 @@ from twolink.simulation.shortened import UnseenError
 from twolink.simulation.smooth.bundle_plan import bundle_plan
 from twolink.simulation.smooth.bundled import Bundled, start_of
 from twolink.simulation.smooth.corrected import corrected_run
-from twolink.simulation.smooth.growth_along import is_autonomous
+from twolink.simulation.smooth.growth_along import is_conservative
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
     MARGIN_OF_LIKE_PRECISIONS,
@@ -186,15 +186,16 @@ class _Search:
         """Yield the lane of a bundle that has the accuracy, if double precision gives it."""
         start = start_of(self.runs.scene, self.runs.formulation, self.runs.longest_step)
         plan = bundle_plan(self.accuracy, start)
-        is_driven = not is_autonomous(self.runs.scene.effects)
-        if is_driven or (plan and plan.order >= PRECISIONS["double"].truncated_order):
-            # Near round-off, a run may have to be measured by its defect.
+        follows_errors = not is_conservative(self.runs.scene.effects)
+        if follows_errors or (plan and plan.order >= PRECISIONS["double"].truncated_order):
+            # The derivatives of rates are needed for the growth of errors, or, near round-off, for
+            # those of a run by its defect.
             self.runs.expect_errors()
         for _ in range(_BUNDLES):
             found = None if plan is None else self.runs.bundle(plan)
             if found is None:
                 return
-            if is_driven:
+            if follows_errors:
                 self.compile_seconds += self.runs.wait_for_errors()
             measured = self._of_bundle(found)
             if measured is None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.simulation.run import Array
-from twolink.simulation.smooth.growth_along import RoundOffGrowth, growth_along, is_autonomous
+from twolink.simulation.smooth.growth_along import RoundOffGrowth, growth_along, is_conservative
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.round_off import MOST_ROUND_OFF, LoadsAlong, sums
 from twolink.simulation.smooth.runs import Runs
@@ -66,7 +66,7 @@ class Pairs:
         from_start, of_steps = self.growth
         if not np.isfinite(from_start).all():
             from_start = self._runs.grown_from_start(precision, orders[0])
-        if not is_autonomous(self._runs.scene.effects):
+        if not is_conservative(self._runs.scene.effects):
             # Each run anew: one in longer numbers may stay where loads change fast.
             of_steps = self._grown_on_steps(kept)
         self.growth = RoundOffGrowth(from_start, of_steps)
