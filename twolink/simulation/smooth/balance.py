@@ -35,14 +35,15 @@ def rates_of_balance(
     q (rad), u (rad/s) and the numbers of chain and effects may be those of runs side by side,
     shape (lanes,).
     """
-    states = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (*q, *u)))
-    lanes = states[0].shape
-    moved = np.array(states).reshape(4, 1, -1) + _CHANGES[:, :, None]
-    places = moved.reshape(4, 9, *lanes)
+    lanes = np.broadcast_shapes(*map(np.shape, (*q, *u)))
+    places, found = np.empty((4, 9, *lanes)), np.empty((2, 9, *lanes))
+    for place, start in zip(places, (*q, *u), strict=True):
+        place[:] = start
+    moved = places.reshape(4, 9, -1)
+    moved += _CHANGES[:, :, None]
     with np.errstate(all="ignore"):
         given = (places[0], places[1]), (places[2], places[3])
-        _, rates = EQUATIONS["lagrange"].rates(chain, effects, *given, 0.0)
-        found = np.array([np.broadcast_to(rate, (9, *lanes)) for rate in rates], dtype=float)
+        _, (found[0], found[1]) = EQUATIONS["lagrange"].rates(chain, effects, *given, 0.0)
         found = found.reshape(2, 9, -1)
         slopes = (found[:, 1:5] - found[:, 5:]).transpose(2, 0, 1) / (2 * _CHANGE)
     paces = np.maximum(np.abs(moved[2:, 0]).max(axis=0), np.sqrt(np.abs(found[:, 0]).max(axis=0)))

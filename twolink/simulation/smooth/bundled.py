@@ -272,12 +272,17 @@ class Bundled:
 
         The first lane has the shortest steps, and is the nearest to the motion of later ones.
         """
-        return np.asarray(merged([0.0], self.found.ends[FIRST]))
+        return self._boundaries(FIRST)
 
     @cached_property
     def _steps(self) -> Array:
         """The boundaries (s) of the longest steps."""
-        return np.asarray(merged([0.0], self.found.ends[LONGEST]))
+        return self._boundaries(LONGEST)
+
+    def _boundaries(self, lane: int) -> Array:
+        """Return where the steps of a lane begin and end (s): it waits where others go on."""
+        ends = np.concatenate([[-1.0, 0.0], self.found.ends[lane]])
+        return ends[1:][ends[1:] > ends[:-1]]
 
     def _unseen(self, count: int) -> Any:
         """Return whether so many of the longest steps, from each on, have no comparison."""

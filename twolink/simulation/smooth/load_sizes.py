@@ -64,10 +64,9 @@ def force_sizes(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: An
     angles, speeds = (Sized(q[0]), Sized(q[1])), (Sized(u[0]), Sized(u[1]))
     with np.errstate(all="ignore"):
         loads = smooth_loads(effects, chain, angles, speeds, Sized(t))
-        forces = [sized(force) for force in gathered_force(chain, angles, loads)]
-        return ForceSizes(
-            *(
-                np.array([np.broadcast_to(getattr(force, name), np.shape(t)) for force in forces])
-                for name in ("value", "excess", "spread")
-            )
-        )
+        found = np.empty((3, 2, *np.shape(t)))
+        for place, force in enumerate(gathered_force(chain, angles, loads)):
+            sizes = sized(force)
+            found[0, place], found[1, place] = sizes.value, sizes.excess
+            found[2, place] = sizes.spread
+        return ForceSizes(*found)

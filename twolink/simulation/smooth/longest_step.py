@@ -19,8 +19,8 @@ from twolink.times import merged
 # Intervals in each time in which a motion changes.
 _IN_A_CHANGE = 4
 
-# Number of times between start and end at which loads are evaluated.
-_LOOKS = 33
+# Shares of the duration at which loads are evaluated.
+_LOOKS = np.linspace(0.0, 1.0, 33)
 
 
 class Pace(NamedTuple):
@@ -79,7 +79,7 @@ def paces(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: f
     q (rad), u (rad/s) and the numbers of chain and effects may be those of runs side by side,
     shape (lanes,). The cap is NaN where accelerations at the start are not finite.
     """
-    times = np.linspace(0.0, duration, _LOOKS)
+    times = duration * _LOOKS
     if jumps := [t for t in discontinuities(effects) if 0 < t < duration]:
         times = merged(times, jumps)
     if np.ndim(q[0]):
@@ -87,11 +87,10 @@ def paces(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, duration: f
     # At the initial pose, under the loads at each of these times.
     with np.errstate(all="ignore"):
         _, rates = EQUATIONS["lagrange"].rates(chain, effects, q, u, times)
-    shape = np.broadcast_shapes(times.shape, np.shape(q[0]))
-    strongest = np.max([np.abs(np.broadcast_to(du, shape)).max(axis=0) for du in rates], axis=0)
-    speeds = np.max([np.abs(np.asarray(speed, dtype=float)) for speed in u], axis=0)
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        fastest = np.maximum(speeds, np.sqrt(strongest))
+        size = np.maximum(*map(np.abs, rates))
+        # Where no load depends on time, rates have none.
+        strongest = size.max(axis=0) if np.ndim(size) > np.ndim(q[0]) else size
+        fastest = np.maximum(np.maximum(*map(np.abs, u)), np.sqrt(strongest))
         cap = np.minimum(duration, 1 / fastest)
     growth = rates_of_balance(chain, effects, q, u, duration)
     cap = np.minimum(cap, 1 / np.maximum(growth, 1 / duration))

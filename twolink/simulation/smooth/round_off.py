@@ -42,8 +42,7 @@ def rounding(run: Any) -> Array:
 
 def rounding_until(run: VisitingRun, times: Array) -> Array:
     """Return `rounding` up to each time (s), also of the largest values between them."""
-    sizes = visited_by(run).largest(times, lambda values: np.abs(values).max(axis=0))
-    return np.asarray(np.finfo(float).eps * sizes)
+    return np.asarray(np.finfo(float).eps * visited_by(run).largest(times, np.abs))
 
 
 def conversions(run: VisitingRun, times: Array) -> Array:
@@ -51,7 +50,7 @@ def conversions(run: VisitingRun, times: Array) -> Array:
 
     They are converted from momenta and back.
     """
-    return _of_conversions(run, _largest_roundings(run, times))
+    return _of_conversions(run, visited_by(run).largest_of(times, _roundings(run)))
 
 
 def sums(run: VisitingRun, times: Array) -> Array:
@@ -59,10 +58,12 @@ def sums(run: VisitingRun, times: Array) -> Array:
 
     Runs share that of the first speeds, which move the angles in proportion to the time.
     """
-    largest = _largest_roundings(run, times)
+    roundings = _roundings(run)
+    largest = visited_by(run).largest_of(times, roundings)
     count = run.steps * times / float(times[-1])
-    of_speeds = _roundings(run, run.q[:, :1].astype(float), run.u[:, :1].astype(float))[2:].max()
-    return np.asarray(_of_conversions(run, largest) + largest * count + of_speeds * times)
+    return np.asarray(
+        _of_conversions(run, largest) + largest * count + roundings[2:, 0].max() * times
+    )
 
 
 def _of_conversions(run: VisitingRun, largest: Array) -> Array:
@@ -134,20 +135,17 @@ class LoadsAlong:
         return (sizes.excess + sizes.spread).max(axis=0) / size, size
 
 
-def _evenly(count: int, looks: int) -> Array:
+def _evenly(count: int, looks: int) -> Any:
     """Return the numbers of evenly spaced entries, of which there are more than looks."""
-    return np.linspace(0, count - 1, looks).astype(int)
+    return np.arange(looks) * (count - 1) // (looks - 1)
 
 
-def _largest_roundings(run: VisitingRun, times: Array) -> Array:
-    """Return a rounding of the largest value (rad, rad/s) up to each time (s), shape (n,)."""
-    return visited_by(run).largest(
-        times, lambda values: _roundings(run, values[:2], values[2:]).max(axis=0)
-    )
+def _roundings(run: VisitingRun) -> Array:
+    """Return the round-off (rad, rad/s) of q and u where a run is known, from the start on."""
+    chain, own = run.scene.moving_chain.convert(float), PRECISIONS[run.precision].rounding
 
+    def of(values: Array) -> Array:
+        speeds = EQUATIONS[run.formulation].rounded_speeds(chain, values[:2], values[2:])
+        return own * np.concatenate([np.abs(values[:2]), speeds])
 
-def _roundings(run: VisitingRun, q: Array, u: Array) -> Array:
-    """Return the round-off (rad, rad/s) of q and u, each of shape (2, n), shape (4, n)."""
-    chain = run.scene.moving_chain.convert(float)
-    speeds = EQUATIONS[run.formulation].rounded_speeds(chain, q, u)
-    return np.asarray(PRECISIONS[run.precision].rounding * np.concatenate([np.abs(q), speeds]))
+    return visited_by(run).sizes(of)

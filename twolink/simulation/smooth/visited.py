@@ -47,17 +47,24 @@ class Visited:
     def largest(self, times: Array, sizes: Callable[[Array], Array]) -> Array:
         """Return the largest size up to each time (s), shape (n,), between the times as well.
 
-        `sizes` are those of q and u in float64, shape (4, m) to shape (m,).
+        `sizes` are those of q and u in float64, shape (4, m) to shape (k, m).
         """
-        count = len(self.times)
+        return self.largest_of(times, self.sizes(sizes))
+
+    def sizes(self, sizes: Callable[[Array], Array]) -> Array:
+        """Return the sizes of q and u, shape (k, n + m): at the times, and at the ends of steps."""
+        values = self.values.astype(float, copy=False)
+        if len(self.ends):
+            values = np.concatenate([values, self.at_ends.astype(float, copy=False)], axis=1)
+        return sizes(values)
+
+    def largest_of(self, times: Array, sizes: Array) -> Array:
+        """Return the largest of these `sizes` up to each time (s), shape (n,)."""
+        largest, count = sizes.max(axis=0), len(self.times)
+        at_times = largest_until(times, self.times, largest[:count])
         if not len(self.ends):
-            return largest_until(times, self.times, sizes(self.values.astype(float, copy=False)))
-        values = np.concatenate([self.values.astype(float), self.at_ends.astype(float)], axis=1)
-        found = sizes(values)
-        return np.maximum(
-            largest_until(times, self.times, found[:count]),
-            largest_until(times, self.ends, found[count:]),
-        )
+            return at_times
+        return np.maximum(at_times, largest_until(times, self.ends, largest[count:]))
 
 
 @dataclass(frozen=True, kw_only=True)
