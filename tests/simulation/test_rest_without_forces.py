@@ -1,15 +1,20 @@
 """Contacts that carry no force: loads balance, or vanish, where the chain is at rest."""
 
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from tests.campaign.checks import violations
+from twolink.arithmetic import tanh
 from twolink.chain import Chain
+from twolink.effects import Effect
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_stop import JointStop
 from twolink.effects.surface import Surface
+from twolink.loads import motor_loads
 from twolink.scene import Scene
 from twolink.simulation.simulate import simulate
 
@@ -80,3 +85,35 @@ def test_a_stretched_chain_that_is_pressed_into_a_rough_surface_stays(
     assert np.abs(found.q - 1.96).max() <= found.error
     assert np.abs(found.u).max() <= found.error
     assert not violations(found)
+
+
+@dataclass(frozen=True)
+class LateTorque(Effect):
+    """A torque at B that rises by 5 N m within 0.02 s of 0.5 s; at 0 s it is 1e-43 N m."""
+
+    def loads(self, chain, q, u, t=0.0):
+        """Return the torque; its derivatives at 0 s are round-off too."""
+        share = (1 + tanh((t - chain.scalar(0.5)) / chain.scalar(0.01))) / 2
+        return motor_loads(0 * share, chain.scalar(5.0) * share)
+
+
+STOP = JointStop("B", upper=1.0, restitution=0.5)
+
+
+@pytest.mark.parametrize("stops", [(STOP,), ()])
+@pytest.mark.parametrize("pose", [0.0, 0.3])
+def test_a_contact_without_force_is_open_once_a_late_load_has_lifted_its_point(stops, pose):
+    """Impacts far from the floor are none of it, and the point that returns strikes it."""
+    level = 2 * math.sin(pose)
+    floor = Surface((0.0, level), (0.0, 1.0), on=("D",), restitution=0.5, friction=0.4)
+    duration = 1.2 if stops else 1.6
+
+    def run(gap):
+        below = replace(floor, point=(0.0, level - gap))
+        return simulate(Scene(BARS, (pose, pose), (0, 0), duration, (LateTorque(), *stops, below)))
+
+    touching, apart = run(0.0), run(1e-9)
+    assert touching.failure == ""
+    assert [strike.name for strike in touching.impacts] == [s.name for s in apart.impacts]
+    assert touching.q[:, -1] == pytest.approx(apart.q[:, -1], abs=1e-6)
+    assert touching.impacts

@@ -18,7 +18,7 @@ from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.bernstein import is_positive_until, margins_of, rounding_bound
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
-from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
+from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, Zero
 from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
 from twolink.simulation.hybrid.event_polynomials import EventPolynomials
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
@@ -66,6 +66,23 @@ class _Suspect(NamedTuple):
     proven: bool
 
 
+class _Grown(NamedTuple):
+    """An event function that is no longer zero at the end of a step, within a `size`.
+
+    `place` is the number of the step in the last block, or −1 before it.
+    """
+
+    place: int
+    polynomial: list[Any]
+    size: float
+
+    def by(self, found: Finding | None) -> bool:
+        """Return whether it has grown above zero by an event, or so far."""
+        if found is None or self.place < found.place:
+            return bool(sum(self.polynomial) > 0)
+        return self.place == found.place and bool(horner(self.polynomial, found.x) > self.size)
+
+
 class Certificate:
     """The event functions of one arc, as polynomials of its steps."""
 
@@ -94,8 +111,11 @@ class Certificate:
             system.near_to_zero[compiled] = near
         self._near, self._nearest = near, max(near, default=0.0)
         self._start = StartOfArc(system, compiled, mode, orders, state)
-        # The event functions that are zero within these sizes since the start of the arc.
+        # The event functions that are zero within these sizes since the start of the arc, and
+        # those that were.
         self._zero: dict[int, float] = {}
+        self._grown: dict[int, _Grown] = {}
+        self._without_force = _without_force(compiled, orders, state)
         self._tails: dict[int, float] = {}
         # Gaps at the start, below round-off of a place, that division by time omits.
         self._omitted: dict[int, Any] = {}
@@ -113,6 +133,18 @@ class Certificate:
             earliest = _end_by_clock(block, clock, self._span, earliest, whole) or earliest
         return earliest, tuple(doubts)
 
+    def departed(self, found: Finding | None) -> frozenset[int]:
+        """Return the contacts without a force that have left by an event, or so far.
+
+        Their gaps were zero with all derivatives at the start of the arc, and have grown since.
+        """
+        return frozenset(
+            self._triggers[number].index
+            for number in self._without_force
+            if number not in self._zero
+            and (number not in self._grown or self._grown[number].by(found))
+        )
+
     def _suspects(self, block: Block, at_start: bool) -> list[_Suspect]:
         """Return the event functions that may be near to zero, in the order of the steps.
 
@@ -126,6 +158,8 @@ class Certificate:
         rounding = self._system.rounding
         margins, bernstein, bounds = margins_of(every.reshape(-1, length), rounding)
         zeros: dict[int, int] = {}
+        for number, grown in self._grown.items():
+            self._grown[number] = grown._replace(place=-1)
         for number in tuple(self._zero):
             zeros[number] = self._steps_of_zero(number, every[:, number])
         # The least margins by which event functions are certified.
@@ -272,8 +306,25 @@ class Certificate:
         grown = np.flatnonzero(ends > self._zero[number])
         if not len(grown):
             return len(ends)
-        del self._zero[number]
-        return int(grown[0]) + 1
+        place = int(grown[0])
+        self._grown[number] = _Grown(place, polynomials[place].tolist(), self._zero.pop(number))
+        return place + 1
+
+
+def _without_force(
+    compiled: CompiledMode, orders: Orders, state: HybridState | None
+) -> Sequence[int]:
+    """Return the gaps of rigid contacts that touch, and by the selection need not open."""
+    if state is None or not orders:
+        return ()
+    return [
+        number
+        for number, trigger in enumerate(compiled.layout.triggers)
+        if trigger.kind is _HITS
+        and isinstance(orders.get(trigger), Zero)
+        and trigger.index in state.touching
+        and state.compliant[trigger.index] is None
+    ]
 
 
 def _end_by_clock(

@@ -27,10 +27,12 @@ def cut(block: Block, found: Finding) -> Block:
     return Block(starts, lengths, coefficients)
 
 
-def end_state(course: Course, last: Block, until: Any) -> HybridState:
+def end_state(
+    course: Course, last: Block, until: Any, departed: frozenset[int] = frozenset()
+) -> HybridState:
     """Return the state at the end of an arc, at a time (s) or, if that is None, where it was cut.
 
-    The speeds that the mode holds are exactly zero.
+    The speeds that the mode holds are exactly zero. Contacts that have `departed` no longer touch.
     """
     system, compiled, _, mode, state, *_ = course
     coefficients = last.coefficients[-1]
@@ -42,11 +44,12 @@ def end_state(course: Course, last: Block, until: Any) -> HybridState:
     elif t is None:
         t = state.t + values[compiled.clock]
     gaps, compliant = list(state.gaps), list(state.compliant)
+    touching = state.touching - departed if departed else state.touching
     rest = iter(values[4:])
     for index in compiled.gaps:
         gap = next(rest)
         # A touching contact that carries no force stays touching.
-        gaps[index] = 0 * gap if index in state.touching else gap
+        gaps[index] = 0 * gap if index in touching else gap
     for index in compiled.recovering:
         compliant[index] = compliant[index]._replace(residual_depth=next(rest))  # type: ignore[union-attr]
     for index in compiled.roots:
@@ -55,11 +58,11 @@ def end_state(course: Course, last: Block, until: Any) -> HybridState:
     held = system.held(mode.states)
     if held:
         u = stopped(system.pose(q), held, u, system.rounding)
-    sliding = _sliding(course, q, u)
-    return HybridState(t, q, u, tuple(gaps), state.touching, sliding, tuple(compliant))
+    sliding = _sliding(course, q, u, touching)
+    return HybridState(t, q, u, tuple(gaps), touching, sliding, tuple(compliant))
 
 
-def _sliding(course: Course, q: Any, u: Any) -> tuple[int, ...]:
+def _sliding(course: Course, q: Any, u: Any, touching: frozenset[int]) -> tuple[int, ...]:
     """Return the direction in which each element slides at the end of an arc.
 
     The slides that begin with an arc have begun, however short it is.
@@ -68,7 +71,7 @@ def _sliding(course: Course, q: Any, u: Any) -> tuple[int, ...]:
     if u[0] == 0 and u[1] == 0 and any(state.u):
         return (0,) * len(state.sliding)
     found = mode.slides
-    for index in state.touching:
+    for index in touching:
         if mode.states[index] is ContactState.OPEN:
             found = put(found, index, _carried(system, system.elements[index], q, u))
     return found

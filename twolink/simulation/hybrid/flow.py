@@ -98,13 +98,14 @@ def _followed(
             blocks.append(block if found is None else cut(block, found))
         if found is not None or over:
             trigger = None if found is None else found.trigger
-            arc = _ended(course, blocks, doubts, trigger, None if trigger else course.until)
+            until, departed = None if trigger else course.until, certificate.departed(found)
+            arc = _ended(course, blocks, doubts, trigger, until, departed)
             return arc if found is None or not found.spread else arc._replace(spread=found.spread)
         taken += len(block.lengths)
         if not failure and taken > tolerances.MANY_STEPS:
             failure = _endless(course, block)
         if failure:
-            return _failed(course, blocks, doubts, failure)
+            return _failed(course, blocks, doubts, failure, certificate.departed(None))
         longest = system.cap
         size += block.coefficients.nbytes
         progress(float(now(course)), size)
@@ -143,10 +144,19 @@ def _horizon(system: HybridSystem, last: Arc | None) -> Any:
 
 
 def _ended(
-    course: Course, blocks: list[Block], doubts: list[Doubt], trigger: Trigger | None, until: Any
+    course: Course,
+    blocks: list[Block],
+    doubts: list[Doubt],
+    trigger: Trigger | None,
+    until: Any,
+    departed: frozenset[int],
 ) -> Arc:
-    """Return the arc at a time (s) or, if that is None, where its last step was cut."""
-    end = end_state(course, blocks[-1], until) if blocks else course.state._replace(t=until)
+    """Return the arc at a time (s) or, if that is None, where its last step was cut.
+
+    Contacts that have `departed` do not touch at its end.
+    """
+    last = blocks[-1] if blocks else None
+    end = end_state(course, last, until, departed) if last else course.state._replace(t=until)
     # A sum is finite only if all terms are.
     if not math.isfinite(sum(map(float, (*end.q, *end.u)))):
         raise IntegrationError(
@@ -176,13 +186,19 @@ def _endless(course: Course, block: Block) -> str:
     return "its steps become too short" if many else ""
 
 
-def _failed(course: Course, blocks: list[Block], doubts: list[Doubt], failure: str) -> Arc:
+def _failed(
+    course: Course,
+    blocks: list[Block],
+    doubts: list[Doubt],
+    failure: str,
+    departed: frozenset[int],
+) -> Arc:
     """Return the arc up to where a slide locks, since its normal force grows without bound.
 
     Raises `IntegrationError` for any other failure.
     """
     system, mode = course.system, course.mode
-    arc = _ended(course, blocks, doubts, None, None if blocks else course.state.t)
+    arc = _ended(course, blocks, doubts, None, None if blocks else course.state.t, departed)
     pose = system.pose(arc.end.q)
     for index, (element, own) in enumerate(zip(system.elements, mode.states, strict=True)):
         if element.rigid and own.slips and locks(system, mode, pose, index):
