@@ -23,7 +23,7 @@ from twolink.integration.outcomes import failed_lanes
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.judging import MORE_ORDERS
 from twolink.simulation.smooth.longest_step import paces
-from twolink.simulation.smooth.moved_start import ROUNDINGS, moved_start
+from twolink.simulation.smooth.moved_start import ACROSS, FORWARD, ROUNDINGS, Move, moved_start
 
 Array = NDArray[np.float64]
 
@@ -126,10 +126,16 @@ class Follower:
         kept_pool, judge_pool = (
             self.system.integrator(order) for order in (self.order, self.order + MORE_ORDERS)
         )
-        with kept_pool.lend() as kept, judge_pool.lend() as judge, kept_pool.lend() as other:
+        with (
+            kept_pool.lend() as kept,
+            judge_pool.lend() as judge,
+            kept_pool.lend() as forward,
+            kept_pool.lend() as across,
+        ):
             self._start(kept)
             self._start(judge)
-            self._start(other, moved=ROUNDINGS * ROUNDING)
+            for direction, other in ((FORWARD, forward), (ACROSS, across)):
+                self._start(other, moved=Move(ROUNDINGS * ROUNDING, direction))
             recorder = Recorder(kept)
             while (before < duration).any():
                 part = recorder.part(kept, duration, cap)
@@ -138,7 +144,7 @@ class Follower:
                     check_rates(self.lanes, first[:, 0], first[:, 1], 0.0)
                 self.steps += len(part.lengths)
                 moves = np.diff(part.times, axis=0) > 0
-                beside = (through(each, part.times, cap) for each in (judge, other))
+                beside = (through(each, part.times, cap) for each in (judge, forward, across))
                 errors = compare.errors(part, moves, *beside)
                 lengths = np.where(moves, part.lengths, 0.0)
                 speeds = partial(self._speeds, part, lengths, errors)
@@ -162,10 +168,10 @@ class Follower:
         none, cuts = np.zeros_like(lengths), truncation_within(coefficients)
         return Speeds(part.times[:-1], clocks, coefficients, cuts, errors, none, lengths > 0)
 
-    def _start(self, integrator: Any, moved: float = 0.0) -> None:
-        """Set an integrator to the starts, or to others that are moved by a part."""
+    def _start(self, integrator: Any, moved: Move | None = None) -> None:
+        """Set an integrator to the starts, or to others that are moved."""
         chain, q, u = self.lanes.chain, tuple(self.lanes.q), tuple(self.lanes.u)
-        if moved:
+        if moved is not None:
             q, u = moved_start(q, u, moved)
         second = EQUATIONS[FORMULATION].from_speeds(chain, q, u)
         integrator.state[:] = [*q, *second]
@@ -186,18 +192,18 @@ class _Comparison:
         self.growths = np.zeros((PLACES + 1, LANES))
         self.so_far = np.zeros(LANES)
 
-    def errors(self, kept: Part, moves: Any, judged: Array, moved: Array) -> Array:
+    def errors(self, kept: Part, moves: Any, judged: Array, *moved: Array) -> Array:
         """Return the bounds on the error (rad, rad/s) up to the end of each step (n, lanes).
 
         `moves` says in which steps a run has not ended before, shape (n, lanes); `judged` has the
-        variables of the judge at the ends of the steps, shape (n, 4, lanes), and `moved` those of a
-        run from a start nearby.
+        variables of the judge at the ends of the steps, shape (n, 4, lanes), and `moved` those of
+        runs from starts nearby.
         """
-        first, second, third = (
-            states_at_ends(self._chain, rows) for rows in (_ends_of_steps(kept), judged, moved)
+        first, second, *others = (
+            states_at_ends(self._chain, rows) for rows in (_ends_of_steps(kept), judged, *moved)
         )
         measured = self._measured.with_states(self._chain, first, second, self._order, moves)
-        apart = np.where(moves, np.abs(third - first).max(axis=0), 0.0)
+        apart = np.where(moves, np.abs(np.array(others) - first).max(axis=(0, 1)), 0.0)
         later = self._later.until(kept.times, _ends_of_steps(kept).swapaxes(0, 1), moves)
         measured = measured.with_growth(apart, later)
         steps = np.cumsum(moves, axis=0) + self._steps

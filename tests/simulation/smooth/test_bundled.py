@@ -121,6 +121,25 @@ def test_the_estimate_is_at_least_what_the_growth_from_the_start_lets_expect():
     assert found.growth == pytest.approx(4 * from_start / found.moved)
 
 
+def test_the_growth_of_an_error_across_is_that_of_the_third_lane():
+    """Beyond its truncation errors, which have a ratio to those of the second one."""
+    usual = lanes_of(CALM)
+    motions = usual.found.motions.copy()
+    motions[LONGEST] = motions[FIRST] + 3.0 * (motions[SECOND] - motions[FIRST])
+    plain = replace(usual, lanes=replace(usual.lanes, found=usual.found._replace(motions=motions)))
+    at_end = np.array([CALM.duration])
+    from_start = np.abs(motions[MOVED] - motions[FIRST]).max() / usual.moved
+    assert plain.round_off_growth_at(at_end).from_start == pytest.approx([from_start])
+    more = motions.copy()
+    more[LONGEST, 0, -1] += 1e-2
+    found = replace(usual, lanes=replace(usual.lanes, found=usual.found._replace(motions=more)))
+    distance = np.abs(more[LONGEST] - more[FIRST]).max()
+    second = np.abs(more[SECOND] - more[FIRST]).max()
+    expected = (distance - 1.2 * 3.0 * second) / usual.moved
+    assert expected > 10 * from_start
+    assert found.round_off_growth_at(at_end).from_start == pytest.approx([expected])
+
+
 def test_at_the_cap_the_estimate_is_that_of_the_lanes():
     """Steps are far shorter there than those of the order."""
     short = replace(CALM, duration=1e-3)

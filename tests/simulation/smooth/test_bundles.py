@@ -72,11 +72,13 @@ def test_steps_that_are_capped_keep_their_ratios():
     assert np.allclose(lengths[LONGEST] / lengths, expected, rtol=0.05)
 
 
-def test_the_last_lane_may_start_elsewhere():
+def test_the_last_two_lanes_may_start_elsewhere():
     usual = followed(SCENE, 13, 100.0)
     moved = (SCENE.q[0] + 1e-3, SCENE.q[1]), (SCENE.u[0], SCENE.u[1] - 1e-3)
-    found = followed(SCENE, 13, 100.0, moved=moved)
-    assert np.array_equal(found.motions[:MOVED], usual.motions[:MOVED])
+    third = (SCENE.q[0], SCENE.q[1] + 1e-3), SCENE.u
+    found = followed(SCENE, 13, 100.0, moved=(third, moved))
+    assert np.array_equal(found.motions[:LONGEST], usual.motions[:LONGEST])
+    assert found.motions[LONGEST, :, 0] == pytest.approx([*third[0], *third[1]], abs=1e-14)
     assert np.array_equal(usual.motions[MOVED], usual.motions[FIRST])
     assert found.motions[MOVED, :, 0] == pytest.approx([*moved[0], *moved[1]], abs=1e-14)
     exact = followed(replace(SCENE, q=moved[0], u=moved[1]), 13, 100.0)

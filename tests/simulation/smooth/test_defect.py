@@ -111,3 +111,12 @@ def test_four_nodes_give_the_truncation_of_a_step(order, monkeypatch):
     first, exact = few.firsts.sum(axis=0), enough.firsts.sum(axis=0)
     for one, other in ((first, exact), *zip(few.moments[:2], enough.moments[:2], strict=True)):
         assert np.abs(one - other).max() < 5e-2 * np.abs(other).max()
+
+
+@pytest.mark.parametrize(
+    ("large", "count"), [((), 5), ((3,), 5), ((5,), 6), ((5, 8), 9), ((11,), 12)]
+)
+def test_terms_up_to_the_last_large_one_are_computed_in_long_numbers(large, count):
+    sizes = np.exp(-2.0 * np.arange(12)) * np.array([1.0, 1e-3, 0.0, 30.0])[:, None]
+    sizes[:, list(large)] = 2e-4 * sizes[:, :1]
+    assert defect._until_small(sizes, 5) == count

@@ -340,6 +340,19 @@ STRONGLY_DAMPED = Scene(
 )
 
 
+def test_steps_in_which_the_links_turn_far_have_no_bound():
+    """Uncoupled links turn at a steady pace: their own series end, and steps are long."""
+    spins = Scene(Chain((1.0, 0.5), (1.0, 1.0), ((0.0, 0.0),) * 2, (0.6, 1.0)), (0, 0), (3, 1), 9.0)
+    run, errors = observed(spins, 15, "kane", longest_step=0.6)
+    turn = 4.0 * np.diff(run.step_times()).max()
+    assert turn > 1.5
+    assert errors.longest_step == pytest.approx(0.9 * 1.5 / 4.0)
+    assert np.isinf(errors.at(run.scene.duration * np.ones(1)))
+    _, shorter = observed(spins, 15, "kane", longest_step=errors.longest_step)
+    assert np.isinf(shorter.longest_step)
+    assert shorter.at(run.scene.duration * np.ones(1)) < 1e-12
+
+
 def test_steps_in_which_errors_decay_too_far_have_no_bound():
     """The series in h J do not serve there; a run of shorter steps has bounds."""
     times = np.linspace(0, 3, 61)

@@ -8,11 +8,14 @@ the places of the steps, and may happen to vanish: by a factor of 100 in one of 
 The steps of two lanes end at different places, so that max_k D_k / R_k is an estimate of e.
 
 The last lane has the steps of the first one, and starts elsewhere, by a part δ of the angles and
-speeds. Its distance from the first lane, divided by δ, is the growth G of an error of the start. An
-error on each step grows by more, seven times at the median: E is at least what G lets expect. And
-round-off grows by G also where truncation errors do not show it, as they are far smaller than those
-of the order, in steps at the cap, or keep a symmetry of the motion, such as links that spin folded.
-Where loads depend on speeds or time, errors of later steps may grow by more (`growth_along`).
+speeds. Its distance from the first lane, divided by δ, is the growth G of an error of the start.
+The third lane is moved in another direction, as an error along one of them may by chance have no
+part that grows: G is also what its distance has beyond its truncation errors, which have a ratio to
+the second lane's. An error on each step grows by more, seven times at the median: E is at least
+what G lets expect. And round-off grows by G also where truncation errors do not show it, as they
+are far smaller than those of the order, in steps at the cap, or keep a symmetry of the motion, such
+as links that spin folded. Where loads depend on speeds or time, errors of later steps may grow by
+more (`growth_along`).
 
 The second lane has an error of at most D_1 + e: nearly its distance, as E is a small part of it.
 The first lane has e, and is the result if only it has the accuracy. The bounds have margins
@@ -54,7 +57,7 @@ from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.growth_along import RoundOffGrowth, growth_along, is_conservative
 from twolink.simulation.smooth.judging import truncation
 from twolink.simulation.smooth.lane_run import LaneRun, Lanes, lanes
-from twolink.simulation.smooth.moved_start import ON_EACH_STEP, moved_start
+from twolink.simulation.smooth.moved_start import ACROSS, FORWARD, ON_EACH_STEP, Move, moved_start
 from twolink.simulation.smooth.visited import largest_until
 from twolink.times import merged
 
@@ -73,6 +76,13 @@ _STEPS_BETWEEN = 2
 # A factor on the growth that errors show which are too large to grow in proportion: it was larger
 # in one of ten random motions. A larger one would leave too little room for lanes.
 _SATURATED = 4.0
+
+# The distance of the third lane by truncation errors, in the second lane's times their ratio, at
+# most: a larger part of it comes from its start.
+_OF_TRUNCATION = 1.2
+
+# The distance of the third lane by its start, in that of the last lane by its own, in most motions.
+_OF_START = 4.0
 
 # The order divided by the length of a step, in longest ones, in most motions.
 _OF_A_STEP = 100.0
@@ -95,7 +105,7 @@ _MOST_LONGEST_STEPS, _MOST_COMPARED = 2500, 20_000
 class Bundled:
     """The `lanes` of a bundle with a `plan`, as runs at some `times` (s), and their errors.
 
-    The start of the last lane is `moved` by this part of the variables.
+    The starts of the third and the last lane are `moved` by this part of the variables.
     """
 
     lanes: Lanes
@@ -154,6 +164,9 @@ class Bundled:
         if ratios[0] < _LEAST_PART * RATIOS[SECOND]:
             return np.full(len(self.grid), math.inf)
         largest = self._apart[coarser].max(axis=1)
+        # What may come from the start of the third lane is no estimate of truncation errors.
+        of_start = _OF_START * np.maximum.accumulate(self._apart[MOVED].max(axis=0))
+        largest[-1][largest[-1] <= of_start] = 0.0
         return np.asarray(np.maximum.accumulate((largest / ratios[:, None]).max(axis=0)))
 
     @cached_property
@@ -185,13 +198,24 @@ class Bundled:
         return RoundOffGrowth(*(largest_until(times, self.grid, each) for each in self._growth))
 
     @cached_property
+    def _grown_across(self) -> Array:
+        """The growth of an error of the start in another direction, at the times of the grid.
+
+        That of the third lane's start, beside truncation errors in proportion to the second one's.
+        """
+        second, third = self._apart[SECOND].max(axis=0), self._apart[LONGEST].max(axis=0)
+        ratio = _OF_TRUNCATION * RATIOS[LONGEST] / RATIOS[SECOND]
+        beyond = np.maximum.accumulate(third) - ratio * np.maximum.accumulate(second)
+        return np.maximum(beyond, 0.0) / self.moved
+
+    @cached_property
     def _growth(self) -> RoundOffGrowth:
         """The growth of errors of the start and of later steps, at the times of the grid."""
         scene, of_steps = self.first.scene, np.zeros(len(self.grid))
         if not is_conservative(scene.effects):
             states = self.found.motions[FIRST]
             of_steps = growth_along(scene, self.first.formulation, self.grid, states)
-        return RoundOffGrowth(self._grown_from_start, of_steps)
+        return RoundOffGrowth(np.maximum(self._grown_from_start, self._grown_across), of_steps)
 
     @cached_property
     def _of_round_off(self) -> float:
@@ -319,7 +343,10 @@ def bundled(
         size=plan.size,
         longest_step=longest_step,
         progress=progress,
-        moved=moved_start(scene.q, scene.u, part),
+        moved=(
+            moved_start(scene.q, scene.u, Move(part, ACROSS)),
+            moved_start(scene.q, scene.u, Move(part, FORWARD)),
+        ),
     )
     return Bundled(found, plan, times, part)
 

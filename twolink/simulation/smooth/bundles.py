@@ -36,7 +36,13 @@ RATIOS = np.array([1.0, 300.0, 900.0, 1.0])
 """The truncation errors of the steps of all lanes, in those of the first."""
 
 FIRST, SECOND, LONGEST, MOVED = range(4)
-"""The lanes: the first, the second, that of the longest steps, and that of another start."""
+"""The lanes: the first, the second, that of the longest steps, and that of another start.
+
+The third may start elsewhere too.
+"""
+
+Starts = tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
+"""The angles (rad) and speeds (rad/s) from which the third and the last lane start."""
 
 _LANES = len(RATIOS)
 
@@ -82,13 +88,13 @@ class Bundle:
         size: float,
         cap: float,
         progress: Callable[[float], None] | None = None,
-        moved: tuple[Pair, Pair] | None = None,
+        moved: Starts | None = None,
     ) -> Followed:
         """Return the motions at rising times of a grid (s), within the duration of a scene.
 
-        The first lane has the `size` of its state, and no step is longer than `cap` (s). The last
-        lane starts from angles and speeds that are `moved`. Raises `IntegrationError` if a lane
-        does not reach the end.
+        The first lane has the `size` of its state, and no step is longer than `cap` (s). The third
+        and the last lane start from angles and speeds that are `moved`. Raises `IntegrationError`
+        if a lane does not reach the end.
         """
         caps = self._caps(scene.duration, cap)
         parts = list(_parts(grid, scene.duration, cap))
@@ -96,7 +102,8 @@ class Bundle:
         ends: list[bytes] = []
         steps = np.zeros(_LANES, int)
         with self.pool.lend() as integrator:
-            self._start(integrator, scene, size, moved or (scene.q, scene.u))
+            usual = scene.q, scene.u
+            self._start(integrator, size, usual, *(moved or (usual, usual)))
             note = _noting(integrator, ends)
             for part in parts:
                 known, taken = _followed(integrator, part, caps, note)
@@ -123,12 +130,19 @@ class Bundle:
         u = EQUATIONS[self.formulation].to_speeds(self.chain, tuple(q), tuple(x))
         return np.stack([*q, *u], axis=1)
 
-    def _start(self, integrator: Any, scene: Scene, size: float, moved: tuple[Pair, Pair]) -> None:
-        """Set an integrator to the start of a scene, and its last lane to one that is moved."""
-        equations = EQUATIONS[self.formulation]
-        for lanes, (q, u) in ((slice(MOVED), (scene.q, scene.u)), (slice(MOVED, None), moved)):
-            second = equations.from_speeds(self.chain, q, u)
-            integrator.state[:4, lanes] = np.array([*q, *second])[:, None]
+    def _start(
+        self,
+        integrator: Any,
+        size: float,
+        usual: tuple[Pair, Pair],
+        of_longest: tuple[Pair, Pair],
+        of_last: tuple[Pair, Pair],
+    ) -> None:
+        """Set the lanes of an integrator to their starts."""
+        equations, starts = EQUATIONS[self.formulation], (usual, of_longest, of_last)
+        for lanes, (q, u) in zip((slice(LONGEST), LONGEST, MOVED), starts, strict=True):
+            start = np.array([*q, *equations.from_speeds(self.chain, q, u)])
+            integrator.state[:4, lanes] = start[:, None] if isinstance(lanes, slice) else start
         integrator.state[4] = size * RATIOS
         integrator.set_time(0.0)
 

@@ -7,6 +7,7 @@ of the residual f(y) − y′, which is small and has a known form, so that a fe
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -22,10 +23,11 @@ from twolink.simulation.smooth.quadrature import residual_rule
 from twolink.simulation.smooth.rates import Rates, rates_of
 from twolink.simulation.smooth.steps import Steps
 
-# The terms of a series that are computed in numbers of a precision; shorter numbers suffice for the
-# others. By heyoka's choice of steps each is some exp(−2) times the one before. So the round-off of
-# the others in float64 is a tenth of that of the first term in long doubles. In an evaluation in
-# quadruple precision, that of the others in long doubles is 1e-7 of that of the run.
+# The least number of terms of a series that are computed in numbers of a precision; shorter numbers
+# suffice for the others. By heyoka's choice of steps each is some exp(−2) times the one before. So
+# the round-off of the others in float64 is a tenth of that of the first term in long doubles. In an
+# evaluation in quadruple precision, that of the others in long doubles is 1e-7 of that of the run.
+# Nearly linear motions have larger terms, up to far later ones.
 _LEADING_TERMS: dict[PrecisionName, int] = {"double": 5, "long double": 5, "quadruple": 8}
 
 
@@ -147,6 +149,7 @@ def _polynomials(steps: Steps, scaled: Array, precision: PrecisionName) -> _Poly
     count = min(_LEADING_TERMS[precision], length)
     if precision == "double":
         return _Polynomials(own, scaled[:, :, :count], scaled[:, :, count:])
+    count = _until_small(np.abs(scaled).max(axis=0), count)
     leading = own.lengthened(steps.coefficients[:, :, :count])
     leading = leading * powers(own.lengthened(steps.lengths), count)[:, None]
     if precision == "long double":
@@ -154,6 +157,16 @@ def _polynomials(steps: Steps, scaled: Array, precision: PrecisionName) -> _Poly
     rest = shortened(steps.coefficients[:, :, count:], np.longdouble)
     by_power = powers(shortened(steps.lengths, np.longdouble), length)[:, None, count:]
     return _Polynomials(own, leading, rest * by_power)
+
+
+def _until_small(sizes: Array, least: int) -> int:
+    """Return the number of terms, at least `least`, after which all are as small as expected.
+
+    `sizes` are those of the terms of the four variables, shape (4, p + 1).
+    """
+    expected = math.exp(-2 * least) * sizes.max(axis=1, keepdims=True)
+    large = np.flatnonzero((sizes[:, least:] > expected).any(axis=0))
+    return least + int(large[-1]) + 1 if len(large) else least
 
 
 def _sums(coefficients: Any, nodes: Any, first: int) -> tuple[Any, Any]:

@@ -26,7 +26,7 @@ from twolink.simulation.memo import Memo
 from twolink.simulation.pool import IntegratorPool
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS, expressions_of
-from twolink.simulation.smooth.moved_start import moved_start
+from twolink.simulation.smooth.moved_start import Move, moved_start
 from twolink.simulation.smooth.steps import Observer, StepNotes
 from twolink.values import Content
 
@@ -71,11 +71,11 @@ class Integrators:
         most: float = math.inf,
         observe: Observer | None = None,
         visits: bool = False,
-        moved: float = 0.0,
+        moved: Move | None = None,
     ) -> Followed | None:
         """Return the motion at the times of a grid (s), or None if it takes `most` steps.
 
-        With `visits` it has the ends of steps. The start may be `moved` by a part. No step is
+        With `visits` it has the ends of steps. The start may be `moved`. No step is
         longer than `cap` (s). Raises `IntegrationError` if the motion cannot be integrated to the
         last time.
         """
@@ -105,7 +105,7 @@ class Integrators:
         to_speeds = EQUATIONS[self.formulation].to_speeds
         return variables[:2], np.array(to_speeds(self.chain, variables[:2], variables[2:]))
 
-    def step_times(self, scene: Scene, cap: float, moved: float = 0.0) -> Any:
+    def step_times(self, scene: Scene, cap: float, moved: Move | None = None) -> Any:
         """Return the boundaries (s) of the steps of a motion, none longer than `cap` (s)."""
         kind, ends = PRECISIONS[self.precision].number, [0.0]
 
@@ -118,11 +118,11 @@ class Integrators:
             integrator.propagate_until(kind(scene.duration), max_delta_t=kind(cap), callback=note)
         return np.array(ends)
 
-    def _start(self, integrator: Any, scene: Scene, moved: float) -> None:
-        """Set an integrator to the start of a scene, or to one that is moved by a part."""
+    def _start(self, integrator: Any, scene: Scene, moved: Move | None) -> None:
+        """Set an integrator to the start of a scene, or to one that is moved."""
         kind = PRECISIONS[self.precision].number
         q, u = (tuple(map(kind, pair)) for pair in (scene.q, scene.u))
-        if moved:
+        if moved is not None:
             q, u = moved_start(q, u, moved)
         second = EQUATIONS[self.formulation].from_speeds(self.chain, q, u)
         integrator.state[:] = [*q, *second]

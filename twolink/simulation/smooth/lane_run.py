@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from twolink.arithmetic import Pair
 from twolink.integration.operations import Operations, of_taylor_step
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, Lane, Recipe
-from twolink.simulation.smooth.bundles import BUNDLES, Bundle, Followed
+from twolink.simulation.smooth.bundles import BUNDLES, Bundle, Followed, Starts
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.visited import Visited, VisitingRun
 from twolink.times import merged
@@ -125,12 +124,12 @@ def lanes(
     size: float,
     longest_step: float | None = None,
     progress: Callable[[float], None] | None = None,
-    moved: tuple[Pair, Pair] | None = None,
+    moved: Starts | None = None,
 ) -> Lanes:
     """Return the motions of all lanes at rising times of a grid (s), the first of them 0.
 
     The first lane has the `size` of its state, and no step is longer than `longest_step` (s). The
-    last lane starts from angles (rad) and speeds (rad/s) that are `moved`. Raises
+    third and the last lane start from angles (rad) and speeds (rad/s) that are `moved`. Raises
     `IntegrationError` if a lane does not reach the end.
     """
     cap = longest_step or default_longest_step(scene)

@@ -22,7 +22,7 @@ from twolink.simulation.smooth.bundle_plan import BundlePlan
 from twolink.simulation.smooth.bundled import Bundled, bundled, can_be_compared
 from twolink.simulation.smooth.changes import MOST_STEPS
 from twolink.simulation.smooth.integrators import compile_ahead
-from twolink.simulation.smooth.moved_start import ROUNDINGS, growth_of_moved
+from twolink.simulation.smooth.moved_start import ACROSS, FORWARD, ROUNDINGS, Move, growth_of_moved
 from twolink.simulation.smooth.rates import compile_jacobians_ahead, wait_for_jacobians
 from twolink.simulation.smooth.residuals import residuals_of
 from twolink.simulation.smooth.steps import Observer, Steps
@@ -95,16 +95,18 @@ class Runs:
     def grown_from_start(self, precision: PrecisionName, order: int) -> Array:
         """Return the growth of an error of the start up to each time, shape (n,), or infinity.
 
-        Another run of this order starts elsewhere. Its steps have nearly the same truncation
-        errors, so that its distance from the known run is the growth of its start's.
+        Two other runs of this order start elsewhere. Their steps have nearly the same truncation
+        errors, so that their distance from the known run is the growth of its start's.
         """
         known = visited_by(self.known[precision, order])
         part, visit = ROUNDINGS * PRECISIONS[precision].rounding, self.visit
-        self.visit = known.ends
-        other = self.new(precision, order, moved=part)
+        apart = np.zeros(len(self.times))
+        for direction in (FORWARD, ACROSS):
+            self.visit = known.ends
+            other = self.new(precision, order, moved=Move(part, direction))
+            apart = np.maximum(apart, compared(known, visited_by(other)).until(self.times))
         # Later runs are compared with the known one.
         self.visit = visit
-        apart = compared(known, visited_by(other)).until(self.times)
         return np.asarray(growth_of_moved(apart, part, _LINEAR))
 
     @property
@@ -167,11 +169,11 @@ class Runs:
         order: int,
         observe: Observer | None = None,
         go_on: Callable[[], None] | None = None,
-        moved: float = 0.0,
+        moved: Move | None = None,
     ) -> TaylorRun:
         """Return a new run of a precision and an order, with steps that pass no change of loads.
 
-        Its start may be `moved` by a part. Later runs visit the ends of its steps. It calls `go_on`
+        Its start may be `moved`. Later runs visit the ends of its steps. It calls `go_on`
         now and then. Raises `UnseenError` if even the shortest steps do.
         """
         # Steps of another order and of longer numbers end elsewhere.

@@ -78,6 +78,12 @@ _MOST_BENT = 0.25
 # part of it for which shorter steps are made.
 _LARGEST_EXPONENT, _AIM = 2.5, 0.9
 
+# The most that both links turn in a step (rad), together: the series of sines and cosines of larger
+# angles have large terms. Where these cancel in the rates, as on uncoupled links, steps may be far
+# longer, and the round-off of high terms has no form that a few nodes show. Steps of random motions
+# turn by 0.9 rad at most.
+_MOST_TURN = 1.5
+
 # The most steps that are kept for a correction: 2 kB each.
 MOST_KEPT = 50_000
 
@@ -235,12 +241,12 @@ class StepErrors:
         errors = np.concatenate([errors, lower[..., None]], axis=2)
         self._carried = errors[-1], covariances[-1]
         bent = self._bent_by(linear, errors[:-1, :, 0])
-        fastest = float((np.abs(found.rates[:, :2]) / linear.lengths[:, None]).max())
         rounded = _VALUES * PRECISIONS[self._precision].rounding
         values = _of_values(linear, rounded * np.abs(linear.states))
         # A defect that is constant over a step has twice its first moment.
         within = _of_values(linear, 2 * np.abs(found.firsts.sum(axis=0)))
-        found_bounds = _bounds(linear, (errors, covariances), fastest, values, within)
+        turns = np.abs(found.rates[:, :2])
+        found_bounds = _bounds(linear, (errors, covariances), turns, values, within)
         self._bounds.append(found_bounds.known_where(bent <= _MOST_BENT))
         self._count += len(linear.lengths)
         if self.is_kept:
@@ -355,7 +361,7 @@ def _moments(exponents: Array) -> int:
 def _bounds(
     linear: Linear,
     carried: tuple[Array, Array],
-    fastest: float,
+    turns: Array,
     values: Array,
     within: Array,
 ) -> _Bounds:
@@ -363,11 +369,12 @@ def _bounds(
 
     The first of the errors is the estimate, and the last two are the part of it by truncation and
     its difference from that by flows of a lower order. The sizes of the others are a part of its
-    bound. `fastest` (rad/s) is the largest speed. `values` are the
+    bound. `turns` (rad) are those of the links in each step, shape (n, 2). `values` are the
     round-off of a value, and `within` the errors within steps that are not at their ends, both of
     shape (n,).
     """
     errors, covariances = carried
+    fastest = float((turns / linear.lengths[:, None]).max())
     # The rates of q are u, whose error may have its peak within a step.
     rows = linear.jacobians[[0, 2], :, :2]
     speeds = rows @ np.stack([errors[:-1], errors[1:]])
@@ -380,9 +387,10 @@ def _bounds(
     lost = _LEFT + _LEFT_WITHIN * linear.exponents**4
     lost += (_MARGIN - 1) * _part_of_range(_MARGIN * estimated, fastest)
     left = seen * lost + _LEFT_OF_TRUNCATION * truncated + of_flows.max(axis=0)
-    far = linear.exponents > _LARGEST_EXPONENT
+    too_long = np.maximum(linear.exponents / _LARGEST_EXPONENT, turns.sum(axis=1) / _MOST_TURN)
+    far = too_long > 1
     small = (_part_of_range(errors, fastest) <= 1) & ~far
-    shorter = _AIM * _LARGEST_EXPONENT * (linear.lengths / linear.exponents)[far]
+    shorter = _AIM * (linear.lengths / too_long)[far]
     return _Bounds(
         ends=linear.starts + linear.lengths,
         errors=np.where(small, errors.max(axis=0) + within, np.inf),

@@ -17,6 +17,7 @@ from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.integrators import INTEGRATORS, Followed, Integrators, Key, key_of
 from twolink.simulation.smooth.longest_step import default_longest_step
+from twolink.simulation.smooth.moved_start import Move
 from twolink.simulation.smooth.steps import Observer
 from twolink.simulation.smooth.visited import Visited, VisitingRun
 from twolink.times import merged
@@ -26,12 +27,12 @@ from twolink.times import merged
 class TaylorRun(VisitingRun):
     """A motion without events, by one run of one integrator, `compiled` for it to some code.
 
-    That of a judge starts elsewhere: its start is `moved` by a part (`moved_start`).
+    That of a judge may start elsewhere: its start is `moved` (`moved_start`).
     """
 
     compiled: Integrators | None = field(repr=False, compare=False)
     code: Code
-    moved: float = 0.0
+    moved: Move | None = None
 
     @property
     def arithmetic(self) -> Operations:
@@ -83,7 +84,7 @@ def taylor_run(
     ahead: CompilationThread | None = None,
     progress: Callable[[float], None] | None = None,
     observe: Observer | None = None,
-    moved: float = 0.0,
+    moved: Move | None = None,
 ) -> TaylorRun:
     """Return the motion of a scene by Taylor series at increasing times (s), the first of them 0.
 
@@ -91,7 +92,7 @@ def taylor_run(
     step. A run that takes too many steps for its `code`, by default the first of the precision,
     begins anew with the next one: only the scene decides which code runs, as their round-off
     differs. With times to `visit` (s) the run has its motion there and at the ends of its steps. A
-    thread may compile it `ahead`. The start may be `moved` by a part. Raises `SimulationError` if
+    thread may compile it `ahead`. The start may be `moved`. Raises `SimulationError` if
     the motion cannot be integrated to the last time. `progress` receives the completed share, and
     `observe` the steps.
     """
@@ -144,7 +145,7 @@ def _made(
     progress: Callable[[float], None] | None,
     observe: Observer | None,
     visits: bool,
-    moved: float,
+    moved: Move | None,
 ) -> _Made:
     """Return the motion at times (s) by the code for its number of steps, from the `first` on."""
     own = PRECISIONS[key.precision]
