@@ -15,8 +15,8 @@ from twolink.contact.states import EventKind as E
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.certificate import Certificate, Finding
 from twolink.simulation.hybrid.compiled import CompiledMode, Watched
-from twolink.simulation.hybrid.complementarity import Zero
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.noise import Zero
 from twolink.simulation.pool import IntegratorPool
 
 UP, ALONG = PointCoordinate("D", (0.0, -1.0)), PointCoordinate("D", (1.0, 0.0))

@@ -16,11 +16,12 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
-from twolink.simulation.hybrid.complementarity import Zero, problem_at
+from twolink.simulation.hybrid.complementarity import problem_at
 from twolink.simulation.hybrid.confirm import Derivatives, _leading
 from twolink.simulation.hybrid.jet import Jet, Recording
 from twolink.simulation.hybrid.jump import settle
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.noise import Zero
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import select
 from twolink.simulation.hybrid.trials import Trials

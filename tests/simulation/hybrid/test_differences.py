@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.campaign.draw import draw_scene
 from tests.simulation.hybrid import BOUNCE_TIMES as TIMES
 from tests.simulation.hybrid import BOUNCES as SCENE
 from tests.simulation.hybrid import tampered
@@ -26,7 +27,7 @@ from twolink.simulation.hybrid.differences import (
     differences,
     impacts_beside,
 )
-from twolink.simulation.hybrid.mode import Doubt, Trigger
+from twolink.simulation.hybrid.mode import Doubt, Trigger, doubt_of_rate
 from twolink.simulation.hybrid.run import hybrid_run
 
 
@@ -129,6 +130,30 @@ def test_an_undecided_impact_counts_as_an_error_from_its_time_on(run, judge):
     errors = differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
     assert errors[TIMES < 1.2].max() < 1e-12
     assert errors[-1] == pytest.approx(2e-4)
+
+
+@pytest.mark.parametrize("growth", [0.0, 2.0])
+def test_an_acceleration_that_is_left_out_counts_as_its_motion(run, judge, growth):
+    """A motion of exp(2 t), or of t²/2, from 0.5 s on."""
+    doubt = doubt_of_rate(0.5, Trigger(EventKind.BREAKS, 0, 1), 1e-7, growth)
+    errors = differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
+    assert errors[TIMES < 0.4].max() < 1e-12
+    passed = TIMES[-1] - 0.5
+    speed = np.sinh(growth * passed) / growth if growth else max(passed, passed**2 / 2)
+    assert errors[-1] == pytest.approx(1e-7 * speed, rel=1e-5)
+    far = replace(judge, doubts=(doubt._replace(rate=1.0),))
+    assert np.isinf(differences(run, far, TIMES, 1e-9)[-1]) == bool(growth)
+
+
+@pytest.mark.parametrize(("seed", "number", "about"), [(9601, 30, 0.3322), (9701, 7, 0.1882)])
+def test_a_run_that_ends_at_an_impact_has_the_error_of_the_speeds_after_it(seed, number, about):
+    """Two runs have it at instants of which one is their end, and are not compared beyond."""
+    scene = draw_scene(seed, number)
+    exact = simulate(scene, accuracy=1e-14)
+    time = min((each.time for each in exact.impacts), key=lambda t: abs(t - about))
+    ended = simulate(replace(scene, duration=time), samples=3)
+    off = np.abs(ended.u[:, -1] - exact.at([time])[1][:, 0]).max()
+    assert off <= ended.error + exact.error
 
 
 def test_a_doubt_counts_if_it_matters_and_is_asked_only_within_the_error(run, judge):

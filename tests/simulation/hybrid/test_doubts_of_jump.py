@@ -1,7 +1,7 @@
 """Doubts on jumps: speeds set to zero, modes that begin early, flat events, slides at a start."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 
@@ -10,6 +10,7 @@ from twolink.chain import Chain
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.effect import Effect
+from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
@@ -117,18 +118,57 @@ def test_the_doubt_on_a_flat_event_is_the_change_in_its_time():
 def test_an_element_at_its_static_limit_within_round_off_is_a_doubt(
     excess, precision, doubts, kinetic
 ):
-    """If it slips after all, it moves at once where kinetic friction is smaller."""
+    """If it slips after all, it moves at once where kinetic friction is smaller.
+
+    Where it is not, only an excess beyond the round-off of the precision is a doubt.
+    """
     torque = JointTorque((2.0 * (1 + excess), 0.0))
     effects = JointFriction((kinetic, 50.0), (2.0, 60.0)), torque
     system = system_of(*effects, chain=BALANCED, precision=precision)
     state = state_of(system, (0.3, 0.7))._replace(t=system.number(2.0))
     found = settle(system, state, {})
-    expected = doubts if kinetic < 2.0 else 0
+    expected = doubts if kinetic < 2.0 or excess else 0
     assert [(doubt.trigger.kind, doubt.change) for doubt in found.doubts] == (
         [(E.BREAKS, math.inf)] * expected
     )
     slips = excess > 0 and precision == "quadruple"
     assert (found.mode.states[0] is S.FORWARD) == slips
+
+
+@pytest.mark.parametrize("excess", [2.0**-52, 2.0**-50, 0.0, -(2.0**-52)])
+def test_a_force_within_the_rounding_of_a_start_is_a_doubt_of_its_acceleration(excess):
+    torque = JointTorque((2.0 * (1 + excess), 0.0))
+    friction = JointFriction((2.0, 60.0))
+    system = system_of(friction, torque, chain=BALANCED, precision="quadruple")
+    found = settle(system, state_of(system, (0.3, 0.7)), {})
+    assert found.mode.states[0] is S.STICKS
+    inertia = float(BALANCED.inertia[0] + BALANCED.mass[1] * BALANCED.L1**2)
+    expected = [2.0 * excess / inertia] if excess > 0 else []
+    assert [doubt.rate for doubt in found.doubts] == pytest.approx(expected, rel=1e-9)
+    assert not any(doubt.growth for doubt in found.doubts)
+
+
+@pytest.mark.parametrize("duration", [10.0, 1000.0])
+@pytest.mark.parametrize("power", [-52, -48, -46, -44, -42, -36])
+def test_a_joint_that_is_held_against_a_slightly_larger_torque_has_an_error(power, duration):
+    """Without friction the excess would turn link 1 by M⁻¹ x t²/2, with link 2 held to it."""
+    excess, bars = 2.0**power, Chain.uniform_bars()
+    effects = JointTorque((1.0 + excess, 0.0)), JointFriction((1.0, 5.0))
+    run = simulate(Scene(bars, (0.0, 0.0), (0.0, 0.0), duration, effects), samples=2)
+    off = abs(run.q[0, -1] - excess / (8 / 3) * duration**2 / 2)
+    assert off <= run.error
+    assert run.met
+
+
+def test_a_chain_that_tiny_friction_holds_upright_has_no_accuracy():
+    """Gravity in the pose of float64 numbers exceeds the friction, and the chain falls."""
+    bars, up = Chain.uniform_bars((1.0, 1.0), (0.1, 0.1)), (-math.pi / 2, -math.pi / 2)
+    for limit, met in ((1e-20, False), (0.25, True)):
+        scene = Scene(bars, up, (0.0, 0.0), 5.0, (Gravity(), JointFriction((limit, 5.0))))
+        run = simulate(scene, samples=2)
+        assert run.met == met
+    hanging = replace(scene, q=(-up[0], -up[1]), effects=(Gravity(), JointFriction((1e-20, 5.0))))
+    assert simulate(hanging, samples=2).met
 
 
 @pytest.mark.parametrize("excess", [-1e-13, 0.0, 4.5e-16, 1e-14, 1e-13])

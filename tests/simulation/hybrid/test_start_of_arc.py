@@ -13,9 +13,9 @@ from twolink.contact.force_laws import Hertz, Phase, PlasticState
 from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
-from twolink.simulation.hybrid.complementarity import Zero
 from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.noise import Zero
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.pool import IntegratorPool
 

@@ -11,10 +11,11 @@ from tests.simulation.smooth.test_measure import assert_measured
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_torque import JointTorque
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.file import ensemble_of
 from twolink.scene import Scene
-from twolink.simulation.smooth.balance import rates_of_balance
+from twolink.simulation.smooth.balance import rate_of_leaving, rates_of_balance
 from twolink.simulation.smooth.longest_step import default_longest_step, pace_of
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -30,6 +31,17 @@ def test_the_rate_is_that_of_the_linearized_motion():
     found = rates_of_balance(chain, effects, UPRIGHT.q, UPRIGHT.u, 4.0)
     assert float(found) == pytest.approx(exact, rel=1e-6)
     assert default_longest_step(UPRIGHT) == pytest.approx(1 / exact, rel=1e-6)
+
+
+def test_a_pose_is_left_at_its_rate_whatever_holds_the_chain():
+    chain, effects = UPRIGHT.moving_chain, UPRIGHT.effects
+    rate = float(rates_of_balance(chain, effects, UPRIGHT.q, UPRIGHT.u, 4.0))
+    rest = (0.0, 0.0)
+    assert rate_of_leaving(chain, effects, UPRIGHT.q, rest, 0.0) == pytest.approx(rate)
+    turned = (*effects, JointTorque((0.5, 0.2)))
+    assert rate_of_leaving(chain, turned, UPRIGHT.q, rest, 0.0) == pytest.approx(rate)
+    assert rate_of_leaving(chain, effects, (HALF, HALF), rest, 0.0) < 1e-4
+    assert rate_of_leaving(chain, (), (0.3, 0.7), rest, 0.0) < 1e-4
 
 
 @pytest.mark.parametrize(

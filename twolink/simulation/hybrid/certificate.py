@@ -18,10 +18,11 @@ from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.bernstein import is_positive_until, margins_of, rounding_bound
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
-from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, Zero
+from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
 from twolink.simulation.hybrid.event_polynomials import EventPolynomials
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
+from twolink.simulation.hybrid.noise import Zero
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.roots import Search, first_fall, spread_of_fall, with_rest
 from twolink.simulation.hybrid.start_of_arc import StartOfArc

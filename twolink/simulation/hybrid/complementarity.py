@@ -28,7 +28,7 @@ from twolink.simulation.hybrid.dynamics import (
     shares_of,
 )
 from twolink.simulation.hybrid.mode import Trigger
-from twolink.simulation.hybrid.noise import Noise, size_of, vanishes
+from twolink.simulation.hybrid.noise import Noise, Zero, size_of, vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
@@ -40,15 +40,6 @@ States = tuple[ContactState, ...]
 _OF_ROUNDED_START = (
     tolerances.CONTACT_GAP * PRECISIONS["double"].rounding * tolerances.BAUMGARTE_RATE
 )
-
-
-class Zero(NamedTuple):
-    """A value that is zero within its round-off of this `size`, with its derivatives.
-
-    It is a force (N or N m), or the acceleration along a gap (rad/s² or m/s²).
-    """
-
-    size: float
 
 
 Orders = Mapping[Trigger, int | Zero]

@@ -11,13 +11,7 @@ from twolink.arithmetic import Scalar, sqrt
 from twolink.contact.elements import ContactElement
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.complementarity import (
-    Candidate,
-    Orders,
-    Problem,
-    States,
-    Zero,
-)
+from twolink.simulation.hybrid.complementarity import Candidate, Orders, Problem, States
 from twolink.simulation.hybrid.compliant_state import CompliantState
 from twolink.simulation.hybrid.conditions import Condition, Law, value_of
 from twolink.simulation.hybrid.dynamics import (
@@ -29,6 +23,7 @@ from twolink.simulation.hybrid.dynamics import (
 )
 from twolink.simulation.hybrid.jet import Jet, Recording, leading_term
 from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.noise import Zero
 from twolink.simulation.hybrid.pose import Pose
 
 # Terms of the shortest series by which conditions are decided; its last term is left out.
@@ -55,12 +50,13 @@ class _Leading(NamedTuple):
     """The order and the sign of the derivative that decides a condition.
 
     A condition that a derivative contradicts may hold for a `delay` (s), if derivatives of lower
-    order are positive by less than their round-off.
+    order are positive by less than their round-off. The condition has a `value` as it is computed.
     """
 
     order: int
     sign: int
     delay: float = 0.0
+    value: float = 0.0
 
 
 class Derivatives:
@@ -93,13 +89,14 @@ class Derivatives:
         first = min(ended, key=lambda delay: delay.time, default=None)
         if first is not None and first.time > 0:
             self.delays[candidate.states] = first
-        for condition, (order, sign, _) in leading.items():
+        for condition, (order, sign, _, value) in leading.items():
             if sign < 0 or (sign == 0 and condition.law is Law.ACCELERATES):
                 return None
             if sign > 0:
                 found[_trigger(condition)] = _EVENTS[condition.law][1] + order
             elif condition.law in (Law.PUSHES, Law.WITHIN_LIMIT, Law.SEPARATES):
-                found[_trigger(condition)] = Zero(self._noise_of(condition, candidate))
+                noise = self._problem.noise
+                found[_trigger(condition)] = noise.zero(condition, candidate.solution.du, value)
         return found
 
     def _noise_of(self, condition: Condition, candidate: Candidate) -> float:
@@ -146,7 +143,7 @@ def _leading(value: Jet | Scalar, noise: float, rate: float) -> _Leading:
     terms = value.terms[:-1] if isinstance(value, Jet) else (value,)
     order, sign = leading_term(terms, noise, rate)
     if sign >= 0:
-        return _Leading(order, sign)
+        return _Leading(order, sign, value=float(terms[0]))
     roots = [
         float(-term / terms[order]) ** (1 / (order - k))
         for k, term in enumerate(terms[:order])

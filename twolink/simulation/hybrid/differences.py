@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from twolink.contact.impact_laws import Regime
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid.mode import Doubt
 from twolink.simulation.hybrid.run import HybridRun
 from twolink.times import merged
 
@@ -65,8 +66,9 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
 
     They are compared at the times, at several times within every step, and after each event.
     Between the two instants of the same impact speeds are not compared; the difference of the
-    instants is used instead. A choice that `second` leaves undecided adds the difference that it
-    could cause, which grows like that of the runs from there on.
+    instants is used instead, and that of the speeds after it where both runs end there. A choice
+    that `second` leaves undecided adds the difference that it could cause, which grows like that of
+    the runs from there on.
     """
     end = min(first.reached, second.reached)
     moments = _moments(first, second, times, end)
@@ -80,6 +82,9 @@ def differences(first: HybridRun, second: HybridRun, times: Array, accuracy: flo
     for begin, after, size in zip(begins.tolist(), afters.tolist(), apart.tolist(), strict=True):
         found[begin:after] = np.minimum(found[begin:after], size)
     np.maximum.at(least, afters, apart)
+    at_end = afters == len(moments)
+    if at_end.any():
+        found[-1] = max(found[-1], _speeds_since(first, second, accuracy, starts[at_end].min()))
     so_far = _with_doubts(found, least[:-1], first, second, moments)
     # Values between the samples are rounded to float64 too, and may be the largest ones. Those of
     # polynomials have some roundings of their own between the places of a step.
@@ -126,7 +131,7 @@ def _with_doubts(
     so_far = np.maximum.accumulate(np.maximum(found, shifts))
     # From a place in time on the error is at least this, and at least a factor of the difference.
     least, factors = np.zeros(len(moments) + 1), np.zeros(len(moments) + 1)
-    unknown = len(moments) + 1
+    unknown, drift = len(moments) + 1, np.zeros(len(moments))
     for doubt in sorted(second.doubts, key=lambda doubt: (doubt.within > 0, doubt.time)):
         since = int(np.searchsorted(moments, doubt.time))
         if since >= unknown:
@@ -142,6 +147,9 @@ def _with_doubts(
                 continue
         if not doubt.matters():
             continue
+        if doubt.rate:
+            drift = np.maximum(drift, _drift(doubt, moments))
+            continue
         least[since] = max(least[since], doubt.change)
         if doubt.change == math.inf:
             # Other doubts add nothing to an error that is unknown.
@@ -151,8 +159,23 @@ def _with_doubts(
     since_doubts = _largest_since(np.maximum(found, floor), factors)
     # A change in another direction than that of the difference may grow by more.
     grown = _OF_GROWTH * factors * since_doubts - (_OF_GROWTH - 1) * np.minimum(least, _LARGE)
-    every = np.max([so_far, least, factors * since_doubts, grown], axis=0)
+    every = np.max([so_far, least, factors * since_doubts, grown, drift], axis=0)
     return np.asarray(np.maximum.accumulate(every))
+
+
+def _drift(doubt: Doubt, moments: Array) -> Array:
+    """Return the motion (rad, rad/s) at some times (s) by an acceleration that is left out.
+
+    That of a chain that leaves its pose is unknown once it has gone far.
+    """
+    passed, growth = np.maximum(moments - doubt.time, 0.0), doubt.growth
+    with np.errstate(over="ignore"):
+        turns = growth * passed
+        angle = (np.cosh(turns) - 1) / growth**2 if growth else passed * passed / 2
+        speed = np.sinh(turns) / growth if growth else passed
+    # Differences of nearly equal numbers are zero near the start.
+    found = doubt.rate * np.maximum(np.maximum(angle, passed * passed / 2), speed)
+    return np.where((turns > 1) & (found > 1), math.inf, found)
 
 
 def _grown(factors: Array, found: Array, floor: float) -> float:
@@ -213,6 +236,19 @@ def impacts_beside(
     impact. The bound is zero where `second` does not have an impact: `differences` shows that.
     """
     own, other = _Struck.of(first), _Struck.of(second)
+    apart = _speeds_apart(own, other, accuracy)
+    return own.times, own.speeds, MARGIN_OF_EQUALS * apart
+
+
+def _speeds_since(first: HybridRun, second: HybridRun, accuracy: float, begin: float) -> float:
+    """Return the largest difference of u (rad/s) at impacts of two runs from a time on (s)."""
+    own, other = _Struck.of(first), _Struck.of(second)
+    apart = _speeds_apart(own, other, accuracy)[own.times >= begin]
+    return float(apart.max(initial=0.0))
+
+
+def _speeds_apart(own: _Struck, other: _Struck, accuracy: float) -> Array:
+    """Return the differences of u (rad/s) at impacts that both runs have, shape (k,), and 0."""
     apart = np.zeros(len(own.times))
     for contact in np.unique(own.contacts):
         ours, theirs = (np.flatnonzero(run.contacts == contact) for run in (own, other))
@@ -225,7 +261,7 @@ def impacts_beside(
         off[own.last[ours] | other.last[theirs], 1] = 0.0
         same = np.abs(own.times[ours] - other.times[theirs]) <= _SAME_IMPACT * accuracy
         apart[ours] = np.where(same, off.max(axis=1), 0.0)
-    return own.times, own.speeds, MARGIN_OF_EQUALS * apart
+    return apart
 
 
 class _Struck(NamedTuple):

@@ -9,17 +9,24 @@ from twolink.contact.states import EventKind, slipping
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.collision import sliding_after
-from twolink.simulation.hybrid.complementarity import States, Zero, problem_at
+from twolink.simulation.hybrid.complementarity import States, problem_at
 from twolink.simulation.hybrid.dynamics import solve
 from twolink.simulation.hybrid.impact import largest, speed_along
-from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger, doubt_of_change
+from twolink.simulation.hybrid.mode import (
+    Doubt,
+    Mode,
+    Trigger,
+    doubt_of_change,
+    doubt_of_rate,
+)
 from twolink.simulation.hybrid.mode_at import solution_at
-from twolink.simulation.hybrid.noise import known_at
+from twolink.simulation.hybrid.noise import Zero, known_at
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import UNDECIDED
+from twolink.simulation.smooth.balance import rate_of_leaving
 
 *_, _LONGEST = PRECISIONS
 
@@ -59,21 +66,32 @@ def of_early_mode(state: HybridState, selection: Selection) -> tuple[Doubt, ...]
 
 
 def of_limits(system: HybridSystem, state: HybridState, selection: Selection) -> tuple[Doubt, ...]:
-    """Return the doubts on elements that stick at their static limit, within round-off.
+    """Return the doubts on laws that hold within round-off only, as that of an element that sticks.
 
     Where kinetic friction is smaller, an element that slips instead moves at once, however little
-    the limit is exceeded. The longest precision decides all limits that float64 numbers may give,
-    except within their own rounding at a start.
+    the limit is exceeded. Otherwise a force that contradicts a law moves the chain slowly. The
+    longest precision decides all that float64 numbers may give, except within their own rounding at
+    a start, which leaves out an acceleration.
     """
-    if system.precision == _LONGEST:
-        return ()
-    return tuple(
-        doubt_of_change(float(state.t), trigger, math.inf)
-        for trigger, known in selection.orders.items()
-        if trigger.kind is EventKind.BREAKS
-        and isinstance(known, Zero)
-        and system.elements[trigger.index].hysteretic
-    )
+    now, longest = float(state.t), system.precision == _LONGEST
+    found: list[Doubt] = []
+    for trigger, known in selection.orders.items():
+        if not isinstance(known, Zero):
+            continue
+        moves = trigger.kind is EventKind.BREAKS and system.elements[trigger.index].hysteretic
+        if (moves or not known.is_rounding) and not longest:
+            found.append(doubt_of_change(now, trigger, math.inf))
+        elif known.left_out and not moves:
+            found.append(doubt_of_rate(now, trigger, known.left_out, _growth(system, state)))
+    return tuple(found)
+
+
+def _growth(system: HybridSystem, state: HybridState) -> float:
+    """Return the rate (1/s) at which a chain at rest leaves its pose if nothing holds it."""
+    if any(state.u):
+        return 0.0
+    q, u = (tuple(map(float, pair)) for pair in (state.q, state.u))
+    return float(rate_of_leaving(system.scene_chain.convert(float), system.effects, q, u, state.t))
 
 
 def of_slides_at_start(

@@ -23,7 +23,7 @@ from twolink.simulation.hybrid.collision import (
     still_sliding,
     surfaces_after,
 )
-from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States, Zero
+from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.doubts_of_jump import (
     of_early_mode,
     of_limits,
@@ -33,6 +33,7 @@ from twolink.simulation.hybrid.doubts_of_jump import (
 from twolink.simulation.hybrid.dynamics import is_fixed
 from twolink.simulation.hybrid.impact import Strike, largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
+from twolink.simulation.hybrid.noise import Zero
 from twolink.simulation.hybrid.painleve import jammed, strike_without_collision
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.reactions import REACTIONS

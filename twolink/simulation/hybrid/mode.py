@@ -112,7 +112,8 @@ class Doubt(NamedTuple):
     missed, or infinity, and `change` (rad/s) what they would change u by. The event function stays
     within its error `until` a time (s). A doubt counts only if the error of an angle may be
     `within` (rad), and if it `matters`: whether another choice leads to another motion is computed
-    where it is asked for.
+    where it is asked for. A choice that leaves out an acceleration has its `rate` (rad/s²), and the
+    `growth` (1/s) of the motion that it causes.
     """
 
     time: float
@@ -122,11 +123,18 @@ class Doubt(NamedTuple):
     until: float
     within: float = 0.0
     matters: Callable[[], bool] = _always
+    rate: float = 0.0
+    growth: float = 0.0
 
 
 def doubt_of_change(time: float, trigger: Trigger, change: float) -> Doubt:
     """Return the doubt on a choice at a time (s) that changes u by `change` (rad/s)."""
     return Doubt(time, trigger, math.inf if math.isinf(change) else 0.0, change, 0.0)
+
+
+def doubt_of_rate(time: float, trigger: Trigger, rate: float, growth: float) -> Doubt:
+    """Return the doubt on a choice at a time (s) that leaves out an acceleration (rad/s²)."""
+    return Doubt(time, trigger, 0.0, 0.0, 0.0, rate=rate, growth=growth)
 
 
 class Remark(NamedTuple):

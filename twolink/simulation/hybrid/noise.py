@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.integration.precisions import PRECISIONS
@@ -18,6 +19,19 @@ from twolink.simulation.hybrid.system import HybridSystem
 _OF_START = PRECISIONS["double"].rounding
 
 
+class Zero(NamedTuple):
+    """A value that is zero within its round-off of this `size`, with its derivatives.
+
+    It is a force (N or N m), or the acceleration along a gap (rad/s² or m/s²). As it is computed it
+    may contradict its law: then an acceleration (rad/s²) is `left_out`, which `is_rounding` if it
+    is no more than that of the numbers in their precision or of a start.
+    """
+
+    size: float
+    left_out: float = 0.0
+    is_rounding: bool = True
+
+
 class Noise:
     """The round-off of the conditions at a state, by the sizes of all forces there.
 
@@ -31,6 +45,7 @@ class Noise:
         self._system, self._equations = system, equations
         given = tolerances.ROUNDED_PLACE * known_at(t, 0.0)
         self._unsure = max(tolerances.UNDECIDED * system.scales.resolution, given)
+        self._rounding = max(tolerances.ROUNDED_VALUE * system.scales.resolution, given)
         self._forces = _size_of_forces(equations, inertia, system.scene_chain.L1, u)
         self._inertia = inertia[0] + inertia[1], inertia[1] + inertia[2]
         self._turning = size_of(u) * size_of(u)
@@ -44,6 +59,24 @@ class Noise:
         if condition.law in (Law.SEPARATES, Law.ACCELERATES):
             return self._of_acceleration(gain, du)
         return gain if math.isinf(gain) else self._unsure * self._forces_at(du) * gain
+
+    def zero(self, condition: Condition, du: Pair, value: float) -> Zero:
+        """Return a condition that is zero within its round-off at du (rad/s²).
+
+        As it is computed it has a value, which contradicts the law if it is negative.
+        """
+        size, violation = self.of(condition, du), max(-value, 0.0)
+        is_rounding = violation * self._unsure <= size * self._rounding
+        return Zero(size, self._acceleration(condition, violation), is_rounding)
+
+    def _acceleration(self, condition: Condition, violation: float) -> float:
+        """Return the acceleration (rad/s²) by which a law is violated."""
+        row, _ = along(self._equations, condition)
+        if not violation or vanishes(self._system, row):
+            return 0.0
+        if condition.law in (Law.SEPARATES, Law.ACCELERATES):
+            return violation / size_of(row)
+        return violation * self._response(row)
 
     def along(self, row: Pair, du: Pair) -> float:
         """Return the round-off of the acceleration along a row at du (rad/s²)."""

@@ -46,7 +46,6 @@ from twolink.simulation.hybrid.complementarity import (
     Orders,
     Problem,
     States,
-    Zero,
     begun,
     coincide,
     is_at_rest,
@@ -58,7 +57,7 @@ from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_count, solve
 from twolink.simulation.hybrid.grip import is_gripped
 from twolink.simulation.hybrid.mode import Trigger
-from twolink.simulation.hybrid.noise import size_of
+from twolink.simulation.hybrid.noise import Zero, size_of
 from twolink.simulation.hybrid.painleve import jammed
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.singular_pose import wedged

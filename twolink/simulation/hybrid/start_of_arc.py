@@ -11,10 +11,10 @@ from twolink.contact.states import ContactState, EventKind
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
-from twolink.simulation.hybrid.complementarity import Orders, Zero
+from twolink.simulation.hybrid.complementarity import Orders
 from twolink.simulation.hybrid.dynamics import push_of
 from twolink.simulation.hybrid.mode import Mode, Trigger
-from twolink.simulation.hybrid.noise import size_of
+from twolink.simulation.hybrid.noise import Zero, size_of
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import LEADING, LEADING_SHARE

@@ -37,6 +37,10 @@ ROUNDED_PLACE = 8
 # doubts_of_start, noise, impact, resolution, scales, singular_pose and start.
 UNDECIDED = 2.0**20
 
+# Roundings of the sum of all forces that the value of a law may have as it is computed. One that
+# contradicts the law by more is decided in a longer precision. Read by noise.
+ROUNDED_VALUE = 64
+
 # Roundings of the terms of a speed. A smaller speed along a coordinate is zero within round-off.
 # Read by impact.
 AT_REST = 64

@@ -7,6 +7,7 @@ state alike, whatever their orders.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,31 @@ def rates_of_balance(
     shape (lanes,).
     """
     lanes = np.broadcast_shapes(*map(np.shape, (*q, *u)))
+    speeds, accelerations, slopes = _slopes(chain, effects, q, u, 0.0, lanes)
+    paces = np.maximum(np.abs(speeds).max(axis=0), np.sqrt(np.abs(accelerations).max(axis=0)))
+    growth = _growth(slopes, paces)
+    balanced = (paces < _SLOW * growth) & (growth * duration > 1)
+    return np.where(balanced, growth, 0.0).reshape(lanes)
+
+
+def rate_of_leaving(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: float) -> float:
+    """Return the largest rate (1/s) at which a change of a state grows, at its place and a time.
+
+    It is 0 where no change grows, and infinite where accelerations are not finite.
+    """
+    _, _, slopes = _slopes(chain, effects, q, u, t, ())
+    if not np.isfinite(slopes).all():
+        return math.inf
+    return max(float(_rates(slopes)[0]), 0.0)
+
+
+def _slopes(
+    chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: float, lanes: tuple[int, ...]
+) -> tuple[Array, Array, Array]:
+    """Return the speeds and accelerations, both of shape (2, n), and the slopes of the latter.
+
+    These are their derivatives by q and u, shape (n, 2, 4), for n lanes.
+    """
     places, found = np.empty((4, 9, *lanes)), np.empty((2, 9, *lanes))
     for place, start in zip(places, (*q, *u), strict=True):
         place[:] = start
@@ -43,13 +69,18 @@ def rates_of_balance(
     moved += _CHANGES[:, :, None]
     with np.errstate(all="ignore"):
         given = (places[0], places[1]), (places[2], places[3])
-        _, (found[0], found[1]) = EQUATIONS["lagrange"].rates(chain, effects, *given, 0.0)
-        found = found.reshape(2, 9, -1)
-        slopes = (found[:, 1:5] - found[:, 5:]).transpose(2, 0, 1) / (2 * _CHANGE)
-    paces = np.maximum(np.abs(moved[2:, 0]).max(axis=0), np.sqrt(np.abs(found[:, 0]).max(axis=0)))
-    growth = _growth(slopes, paces)
-    balanced = (paces < _SLOW * growth) & (growth * duration > 1)
-    return np.where(balanced, growth, 0.0).reshape(lanes)
+        _, (found[0], found[1]) = EQUATIONS["lagrange"].rates(chain, effects, *given, t)
+        every = found.reshape(2, 9, -1)
+        slopes = (every[:, 1:5] - every[:, 5:]).transpose(2, 0, 1) / (2 * _CHANGE)
+    return moved[2:, 0], every[:, 0], slopes
+
+
+def _rates(slopes: Array) -> Array:
+    """Return the largest real parts of the eigenvalues (1/s) of linear motions, shape (n,)."""
+    linear = np.zeros((len(slopes), 4, 4))
+    linear[:, :2, 2:] = np.eye(2)
+    linear[:, 2:] = slopes
+    return np.asarray(np.linalg.eigvals(linear).real.max(axis=1))
 
 
 def _growth(slopes: Array, paces: Array) -> Array:
@@ -61,10 +92,7 @@ def _growth(slopes: Array, paces: Array) -> Array:
     # The norm bounds the square of the growth by forces, or the growth by damping.
     bound = np.abs(slopes).sum(axis=2).max(axis=1)
     slow = np.flatnonzero(paces < _SLOW * np.maximum(np.sqrt(bound), bound))
+    slow = slow[np.isfinite(slopes[slow]).all(axis=(1, 2))]
     if len(slow):
-        linear = np.zeros((len(slow), 4, 4))
-        linear[:, :2, 2:] = np.eye(2)
-        linear[:, 2:] = slopes[slow]
-        finite = np.isfinite(linear).all(axis=(1, 2))
-        growth[slow[finite]] = np.linalg.eigvals(linear[finite]).real.max(axis=1)
+        growth[slow] = _rates(slopes[slow])
     return growth
