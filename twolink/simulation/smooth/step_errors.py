@@ -78,10 +78,9 @@ _MOST_BENT = 0.25
 # part of it for which shorter steps are made.
 _LARGEST_EXPONENT, _AIM = 2.5, 0.9
 
-# The most that both links turn in a step (rad), together: the series of sines and cosines of larger
-# angles have large terms. Where these cancel in the rates, as on uncoupled links, steps may be far
-# longer, and the round-off of high terms has no form that a few nodes show. Steps of random motions
-# turn by 0.9 rad at most.
+# The most that both links turn in a step (rad), together, where a few nodes show all round-off: the
+# series of sines and cosines of larger angles x have terms up to e^x. Where these cancel in the
+# rates, as on uncoupled links, steps may be far longer. Steps of random motions turn by 0.9 rad.
 _MOST_TURN = 1.5
 
 # The most steps that are kept for a correction: 2 kB each.
@@ -227,7 +226,7 @@ class StepErrors:
         loads = self._of_loads(linear)
         rates = _rounded_rates(found, linear, loads.errors)
         variances = self._variances(np.abs(rates), found.noise, linear, loads.spread)
-        variances += (_OF_SOURCES * added) ** 2
+        variances += (_OF_SOURCES * added) ** 2 + self._of_turns(found.rates) ** 2
         # The round-off of constants is alike on all steps: one source for each variable.
         alike = PRECISIONS[self.evaluated_in].rounding * rates[:, None] * np.eye(4)
         sources = np.concatenate([added[..., None], alike, found.truncated[..., None]], axis=2)
@@ -245,14 +244,20 @@ class StepErrors:
         values = _of_values(linear, rounded * np.abs(linear.states))
         # A defect that is constant over a step has twice its first moment.
         within = _of_values(linear, 2 * np.abs(found.firsts.sum(axis=0)))
-        turns = np.abs(found.rates[:, :2])
-        found_bounds = _bounds(linear, (errors, covariances), turns, values, within)
+        fastest = float((np.abs(found.rates[:, :2]) / linear.lengths[:, None]).max())
+        found_bounds = _bounds(linear, (errors, covariances), fastest, values, within)
         self._bounds.append(found_bounds.known_where(bent <= _MOST_BENT))
         self._count += len(linear.lengths)
         if self.is_kept:
             self._parts.append(_Part(steps, linear, added, errors[:, :, 0].copy()))
         else:
             self._parts = []
+
+    def _of_turns(self, rates: Array) -> Array:
+        """Return the round-off of steps in which links turn far, shape (n, 4), by their h f."""
+        turns = np.abs(rates[:, :2]).sum(axis=1, keepdims=True)
+        rounded = PRECISIONS[self._precision].rounding * np.abs(rates)
+        return np.where(turns > _MOST_TURN, np.exp(turns) * rounded, 0.0)
 
     def _bent_by(self, linear: Linear, errors: Array) -> Array:
         """Return the change of the logarithms of flows by the errors so far, in all, shape (n,).
@@ -361,7 +366,7 @@ def _moments(exponents: Array) -> int:
 def _bounds(
     linear: Linear,
     carried: tuple[Array, Array],
-    turns: Array,
+    fastest: float,
     values: Array,
     within: Array,
 ) -> _Bounds:
@@ -369,12 +374,11 @@ def _bounds(
 
     The first of the errors is the estimate, and the last two are the part of it by truncation and
     its difference from that by flows of a lower order. The sizes of the others are a part of its
-    bound. `turns` (rad) are those of the links in each step, shape (n, 2). `values` are the
+    bound. `fastest` (rad/s) is the largest speed. `values` are the
     round-off of a value, and `within` the errors within steps that are not at their ends, both of
     shape (n,).
     """
     errors, covariances = carried
-    fastest = float((turns / linear.lengths[:, None]).max())
     # The rates of q are u, whose error may have its peak within a step.
     rows = linear.jacobians[[0, 2], :, :2]
     speeds = rows @ np.stack([errors[:-1], errors[1:]])
@@ -387,10 +391,9 @@ def _bounds(
     lost = _LEFT + _LEFT_WITHIN * linear.exponents**4
     lost += (_MARGIN - 1) * _part_of_range(_MARGIN * estimated, fastest)
     left = seen * lost + _LEFT_OF_TRUNCATION * truncated + of_flows.max(axis=0)
-    too_long = np.maximum(linear.exponents / _LARGEST_EXPONENT, turns.sum(axis=1) / _MOST_TURN)
-    far = too_long > 1
+    far = linear.exponents > _LARGEST_EXPONENT
     small = (_part_of_range(errors, fastest) <= 1) & ~far
-    shorter = _AIM * (linear.lengths / too_long)[far]
+    shorter = _AIM * _LARGEST_EXPONENT * (linear.lengths / linear.exponents)[far]
     return _Bounds(
         ends=linear.starts + linear.lengths,
         errors=np.where(small, errors.max(axis=0) + within, np.inf),
