@@ -106,10 +106,13 @@ def test_oblique_gravity_acts_by_its_component(tmp_path):
     assert isinstance(scene.effects[0], Gravity)
     assert scene.effects[0].g == pytest.approx(9.81 * math.cos(0.3), rel=1e-15)
     assert any("the joints bear the rest" in note for note in scene.notes)
+    assert any(f"plane, {9.81 * math.cos(0.3):.5g} m/s²" in note for note in scene.notes)
     file = tmp_path / "scene.toml"
     text = file.read_text()
     file.write_text(text.replace("g = 9.81", "g = 1.62"))
-    assert Scene.load(file).effects[0].g == pytest.approx(1.62 * math.cos(0.3), rel=1e-15)
+    moon = Scene.load(file)
+    assert moon.effects[0].g == pytest.approx(1.62 * math.cos(0.3), rel=1e-15)
+    assert any(f"plane, {1.62 * math.cos(0.3):.5g} m/s²" in note for note in moon.notes)
     # The length of the direction has no meaning.
     file.write_text(text.replace("g = 9.81", "g = 9.81\ndirection = [0.0, 2.0]"))
     assert Scene.load(file).effects == scene.effects

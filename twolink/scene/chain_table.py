@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS, Effect
 from twolink.names import JOINT_PROPERTIES
-from twolink.urdf.spatial import STANDARD_GRAVITY
+from twolink.urdf.spatial import STANDARD_GRAVITY, norm
 
 if TYPE_CHECKING:
     from twolink.urdf import PlanarUrdf
@@ -40,9 +41,13 @@ class DescribedChain:
         """Return a sentence for each property of the URDF that is assumed or not simulated."""
         if self.read is None:
             return ()
-        changed = any(in_plane(self.read, effect) is not effect for effect in given)
-        notes = [n for n in self.read.notes if changed or n != self.read.gravity_note]
-        return (*notes, *filter(None, [not_simulated(self.read, self.asked)]))
+        both = [(effect, in_plane(self.read, effect)) for effect in given]
+        acting = [own for effect, own in both if own is not effect]
+        notes = [
+            _with_gravity(self.read, note, acting) if note == self.read.gravity_note else note
+            for note in self.read.notes
+        ]
+        return tuple(filter(None, [*notes, not_simulated(self.read, self.asked)]))
 
     def _of_joints(self) -> tuple[Effect, ...]:
         if self.read is None or not self.asked:
@@ -67,6 +72,17 @@ def in_plane(read: PlanarUrdf, effect: Effect) -> Effect | None:
     if share == 1 or not _are_parallel(given.direction, gravity().direction):
         return effect
     return gravity(given.g * share) if share else None
+
+
+def _with_gravity(read: PlanarUrdf, note: str, acting: list[Any]) -> str:
+    """Return the note on gravity with the components (m/s²) that act; empty if all of it acts."""
+    components = [own.g for own in acting if own is not None]
+    if not components:
+        return note if acting else ""
+    from twolink.urdf.plane import note_on_gravity
+
+    lean = math.acos(min(read.gravity / norm(read.world_gravity), 1.0))
+    return note_on_gravity(lean, sum(components))
 
 
 def _are_parallel(one: Pair, other: Pair) -> bool:

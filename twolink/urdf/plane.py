@@ -159,11 +159,14 @@ def _source_frame(axis: Vector3, elbow: Vector3, gravity: Vector3) -> Frame:
     lean = math.atan2(abs(dot(gravity, axis)), norm(in_plane))
     if lean <= ROUNDING:
         return Frame(axes, size)
-    return Frame(
-        axes,
-        norm(in_plane),
+    return Frame(axes, norm(in_plane), note_on_gravity(lean, norm(in_plane)))
+
+
+def note_on_gravity(lean: float, component: float) -> str:
+    """Return the sentence on gravity at an angle (rad) to the plane, and its component (m/s²)."""
+    return (
         f"Gravity makes an angle of {lean:.3g} rad with the plane of motion: its component in the"
-        f" plane, {norm(in_plane):.5g} m/s², acts, and the joints bear the rest.",
+        f" plane, {component:.5g} m/s², acts, and the joints bear the rest."
     )
 
 
