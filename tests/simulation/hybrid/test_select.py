@@ -382,6 +382,23 @@ def test_a_link_that_its_weight_would_lift_off_is_wedged_and_may_leave(friction,
         assert states[0] is S.FORWARD
 
 
+@pytest.mark.parametrize(("friction", "others"), [(2.0, 1), (0.8, 1), (0.7, 0)])
+@pytest.mark.parametrize("joints", [(), (JointFriction((1e-30, 0.0)),)])
+def test_a_link_that_is_lifted_off_while_the_other_moves_may_be_wedged(friction, others, joints):
+    """B moves along (1, 0) at the wall, away from it by 0.6, and along it by 0.8.
+
+    A normal force N and friction μ N hold link 1 against a load that lifts it if μ > 3/4.
+    """
+    wall = Surface((0.0, -1.0), (0.6, -0.8), on=("B",), friction=friction, name="wall")
+    chain = Chain.point_masses((1.0, 1.0), (1.0, 1.0))
+    system = system_of(Gravity(), wall, *joints, chain=chain)
+    found = selected(system, state_of(system, (-math.pi / 2, 0.0), (0.0, 1.0)))
+    at_wall = system.names.index("B on wall")
+    assert found.states[at_wall] is S.OPEN
+    assert len(found.others) == others
+    assert all(states[at_wall].pressed for states in found.others)
+
+
 @pytest.mark.parametrize(
     "contact", [Surface((0.0, 0.0), (0.0, -1.0)), JointStop("A", lower=0.0)], ids=["floor", "stop"]
 )

@@ -22,7 +22,8 @@ If the laws admit more than one motion, these rules apply in this order:
    exceeded by the largest factor begins to slide.
 3. The mode with the fewest elements that begin to slide, then with the fewest saturated frictions,
    and then with the fewest contacts that open is taken. If such modes still differ in their
-   motion, the choice is noted.
+   motion, the choice is noted; and so is saturated friction that wedges a link at rest, while the
+   other one moves, where the loads may lift it off as well.
 
 If more than two elements hold a chain at rest, their forces are not unique although the motion is.
 Then friction carries as much as it can, and contacts have the least total normal force. Contacts in
@@ -233,7 +234,9 @@ def _admitted(
         if found and not at_rest and (with_pressed or not _all_break_away(problem, found)):
             held = [c for c in found if not _begins(problem, c)] if moving else []
             taken = _preferred(problem, held or moving or found, orders)
-            return _with_others(taken, moving) if held else taken
+            if held:
+                return _with_others(taken, moving)
+            return taken if with_pressed else _with_wedged(problem, trials, derivatives, taken)
         undecided += candidates
         moving = moving or found
     if moving:
@@ -261,6 +264,25 @@ def _all_break_away(problem: Problem, found: list[Candidate]) -> bool:
     """
     hysteretic = any(element.hysteretic for element in problem.system.elements)
     return hysteretic and all(_begins(problem, each) for each in found)
+
+
+def _with_wedged(
+    problem: Problem, trials: Trials, derivatives: Derivatives, taken: Selection
+) -> Selection:
+    """Return a selection beside which saturated friction may hold a link as well.
+
+    Where it begins no slide, it is a motion by the laws, though one without it is preferred.
+    """
+    others: list[Candidate] = []
+    motions: list[Pair] = []
+    for candidate in trials.candidates(with_pressed=True, beginning=False):
+        if not motions:
+            motions = [solve(problem.equations, problem.system.elements, taken.states).du]
+        differs = all(_other_motions(problem, [candidate], du) for du in motions)
+        if differs and derivatives.confirmed(candidate) is not None:
+            others.append(candidate)
+            motions.append(candidate.solution.du)
+    return _with_others(taken, others) if others else taken
 
 
 def _with_others(selection: Selection, others: list[Candidate]) -> Selection:
