@@ -95,7 +95,8 @@ def test_a_gap_that_opens_slowly_under_a_large_force_grows_from_its_first_coeffi
     assert order(gap, clock=None, state=moving(speed)) == expected
 
 
-def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
+def test_a_gap_of_zero_counts_as_zero_within_the_round_off_of_its_place():
+    """It is watched once it has grown, also where the contact touches without a force."""
     state = state_of(SYSTEM, (-0.3, -0.2))
     compiled = CompiledMode(
         pool=IntegratorPool(None), operations=0, numbers=0, watched=(), gaps=(0,), recovering=(),
@@ -107,10 +108,7 @@ def test_a_gap_of_zero_stays_zero_only_where_the_contact_touches():
         StartOfArc(SYSTEM, compiled, MODE, orders, own).zero_size(HITS, GAP, block)
         for orders, own in (({}, touches), ({}, opens), ({HITS: Zero(1e-9)}, touches))
     ]
-    assert sizes[0] == math.inf
-    assert sizes[1] == SYSTEM.scales.places_of_rounding[0]
-    # By the derivatives of the mode, not by what it holds: it is monitored once it has grown.
-    assert sizes[2] == SYSTEM.scales.places_of_rounding[0]
+    assert sizes == [SYSTEM.scales.places_of_rounding[0]] * 3
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,6 @@ from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
 from twolink.simulation.hybrid.event_polynomials import EventPolynomials
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
-from twolink.simulation.hybrid.noise import Zero
 from twolink.simulation.hybrid.polishing import horner, lowest
 from twolink.simulation.hybrid.roots import Search, first_fall, spread_of_fall, with_rest
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
@@ -116,7 +115,7 @@ class Certificate:
         # those that were.
         self._zero: dict[int, float] = {}
         self._grown: dict[int, _Grown] = {}
-        self._without_force = _without_force(compiled, orders, state)
+        self._without_force = _without_force(compiled, state)
         self._tails: dict[int, float] = {}
         # Gaps at the start, below round-off of a place, that division by time omits.
         self._omitted: dict[int, Any] = {}
@@ -312,17 +311,14 @@ class Certificate:
         return place + 1
 
 
-def _without_force(
-    compiled: CompiledMode, orders: Orders, state: HybridState | None
-) -> Sequence[int]:
-    """Return the gaps of rigid contacts that touch, and by the selection need not open."""
-    if state is None or not orders:
+def _without_force(compiled: CompiledMode, state: HybridState | None) -> Sequence[int]:
+    """Return the gaps of rigid contacts that touch and are open: those that are held have none."""
+    if state is None or not state.touching:
         return ()
     return [
         number
         for number, trigger in enumerate(compiled.layout.triggers)
         if trigger.kind is _HITS
-        and isinstance(orders.get(trigger), Zero)
         and trigger.index in state.touching
         and state.compliant[trigger.index] is None
     ]

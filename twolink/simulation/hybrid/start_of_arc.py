@@ -231,14 +231,12 @@ class StartOfArc:
 
     def zero_size(self, trigger: Trigger, polynomial: list[Any], block: Block) -> float:
         """Return the size up to which an event function that starts as zero stays zero."""
-        state = self._state
-        if trigger.kind is _HITS and isinstance(self._orders.get(trigger), Zero):
-            # Its derivatives are round-off, which may grow; its place is given in float64.
-            size = self._scales.sizes[trigger.index]
-            return size * LEADING * PRECISIONS["double"].rounding
-        if trigger.kind is _HITS and (state is None or trigger.index in state.touching):
-            # A touching contact that carries no force: its gap stays zero.
-            return math.inf
+        state, index = self._state, trigger.index
+        if trigger.kind is _HITS and state is not None and index in state.touching:
+            # A contact that carries no force. Its derivatives are round-off, which may grow, and
+            # its place is given in float64. A point in a compliant surface does not hit it.
+            size = self._scales.sizes[index] * LEADING * PRECISIONS["double"].rounding
+            return size if state.compliant[index] is None else math.inf
         return max(self._noise(trigger, polynomial, block), self._zero_of_selection(trigger))
 
 
