@@ -29,6 +29,7 @@ from twolink.simulation.hybrid.differences import (
 )
 from twolink.simulation.hybrid.mode import Doubt, Trigger, doubt_of_rate
 from twolink.simulation.hybrid.run import hybrid_run
+from twolink.simulation.smooth.balance import Leaving
 
 
 def test_two_runs_of_one_motion_differ_by_rounding(run, judge):
@@ -132,17 +133,24 @@ def test_an_undecided_impact_counts_as_an_error_from_its_time_on(run, judge):
     assert errors[-1] == pytest.approx(2e-4)
 
 
-@pytest.mark.parametrize("growth", [0.0, 2.0])
-def test_an_acceleration_that_is_left_out_counts_as_its_motion(run, judge, growth):
-    """A motion of exp(2 t), or of t²/2, from 0.5 s on."""
-    doubt = doubt_of_rate(0.5, Trigger(EventKind.BREAKS, 0, 1), 1e-7, growth)
+@pytest.mark.parametrize(
+    ("leaving", "motion"),
+    [
+        # t, from 0.5 s to 2.5 s, and t²/2; sinh(2 t)/2; and 2/ω, 2/ω² of a pose that is held back.
+        (Leaving(0.0, 0.0), 2.0),
+        (Leaving(2.0, 0.5), np.sinh(4.0) / 2),
+        (Leaving(0.0, 20.0), 0.1),
+    ],
+)
+def test_an_acceleration_that_is_left_out_counts_as_its_motion(run, judge, leaving, motion):
+    doubt = doubt_of_rate(0.5, Trigger(EventKind.BREAKS, 0, 1), 1e-7, leaving)
     errors = differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
     assert errors[TIMES < 0.4].max() < 1e-12
-    passed = TIMES[-1] - 0.5
-    speed = np.sinh(growth * passed) / growth if growth else max(passed, passed**2 / 2)
-    assert errors[-1] == pytest.approx(1e-7 * speed, rel=1e-5)
+    assert errors[-1] == pytest.approx(1e-7 * motion, rel=1e-5)
+    twice = replace(judge, doubts=(doubt, doubt._replace(trigger=Trigger(EventKind.LEAVES, 1))))
+    assert differences(run, twice, TIMES, 1e-9)[-1] == pytest.approx(2e-7 * motion, rel=1e-5)
     far = replace(judge, doubts=(doubt._replace(rate=1.0),))
-    assert np.isinf(differences(run, far, TIMES, 1e-9)[-1]) == bool(growth)
+    assert np.isinf(differences(run, far, TIMES, 1e-9)[-1]) == bool(leaving.growth)
 
 
 @pytest.mark.parametrize(("seed", "number", "about"), [(9601, 30, 0.3322), (9701, 7, 0.1882)])

@@ -131,7 +131,8 @@ def _with_doubts(
     so_far = np.maximum.accumulate(np.maximum(found, shifts))
     # From a place in time on the error is at least this, and at least a factor of the difference.
     least, factors = np.zeros(len(moments) + 1), np.zeros(len(moments) + 1)
-    unknown, drift = len(moments) + 1, np.zeros(len(moments))
+    unknown = len(moments) + 1
+    drifts: dict[float, Array] = {}
     for doubt in sorted(second.doubts, key=lambda doubt: (doubt.within > 0, doubt.time)):
         since = int(np.searchsorted(moments, doubt.time))
         if since >= unknown:
@@ -148,18 +149,24 @@ def _with_doubts(
         if not doubt.matters():
             continue
         if doubt.rate:
-            drift = np.maximum(drift, _drift(doubt, moments))
+            # All that are left out at once act together.
+            drifts[doubt.time] = drifts.get(doubt.time, 0.0) + _drift(doubt, moments)
             continue
         least[since] = max(least[since], doubt.change)
         if doubt.change == math.inf:
             # Other doubts add nothing to an error that is unknown.
             unknown = since
         factors[since] = max(factors[since], doubt.change / now)
-    least, factors = (np.maximum.accumulate(each[:-1]) for each in (least, factors))
+    least, factors = least[:-1], factors[:-1]
+    for drift in drifts.values():
+        # What has drifted by each place grows from there on.
+        least = np.maximum(least, drift)
+        factors = np.maximum(factors, drift / np.maximum(np.maximum.accumulate(found), floor))
+    least, factors = np.maximum.accumulate(least), np.maximum.accumulate(factors)
     since_doubts = _largest_since(np.maximum(found, floor), factors)
     # A change in another direction than that of the difference may grow by more.
     grown = _OF_GROWTH * factors * since_doubts - (_OF_GROWTH - 1) * np.minimum(least, _LARGE)
-    every = np.max([so_far, least, factors * since_doubts, grown, drift], axis=0)
+    every = np.max([so_far, least, factors * since_doubts, grown], axis=0)
     return np.asarray(np.maximum.accumulate(every))
 
 
@@ -168,14 +175,17 @@ def _drift(doubt: Doubt, moments: Array) -> Array:
 
     That of a chain that leaves its pose is unknown once it has gone far.
     """
-    passed, growth = np.maximum(moments - doubt.time, 0.0), doubt.growth
-    with np.errstate(over="ignore"):
-        turns = growth * passed
-        angle = (np.cosh(turns) - 1) / growth**2 if growth else passed * passed / 2
-        speed = np.sinh(turns) / growth if growth else passed
-    # Differences of nearly equal numbers are zero near the start.
-    found = doubt.rate * np.maximum(np.maximum(angle, passed * passed / 2), speed)
-    return np.where((turns > 1) & (found > 1), math.inf, found)
+    passed, (growth, slowest) = np.maximum(moments - doubt.time, 0.0), doubt.leaving
+    angle, speed = passed * passed / 2, passed
+    if slowest and not growth:
+        angle, speed = np.minimum(angle, 2 / slowest**2), np.minimum(speed, 2 / slowest)
+    if growth:
+        # Differences of nearly equal numbers are zero near the start.
+        with np.errstate(over="ignore"):
+            angle = np.maximum(angle, (np.cosh(growth * passed) - 1) / growth**2)
+            speed = np.maximum(speed, np.sinh(growth * passed) / growth)
+    found = doubt.rate * np.maximum(angle, speed)
+    return np.where((growth * passed > 1) & (found > 1), math.inf, found)
 
 
 def _grown(factors: Array, found: Array, floor: float) -> float:

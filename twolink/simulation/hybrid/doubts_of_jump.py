@@ -26,7 +26,7 @@ from twolink.simulation.hybrid.select import Selection, select
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import UNDECIDED
-from twolink.simulation.smooth.balance import rate_of_leaving
+from twolink.simulation.smooth.balance import Leaving, leaving
 
 *_, _LONGEST = PRECISIONS
 
@@ -82,16 +82,15 @@ def of_limits(system: HybridSystem, state: HybridState, selection: Selection) ->
         if (moves or not known.is_rounding) and not longest:
             found.append(doubt_of_change(now, trigger, math.inf))
         elif known.left_out and not moves:
-            found.append(doubt_of_rate(now, trigger, known.left_out, _growth(system, state)))
+            found.append(doubt_of_rate(now, trigger, known.left_out, _leaving(system, state)))
     return tuple(found)
 
 
-def _growth(system: HybridSystem, state: HybridState) -> float:
-    """Return the rate (1/s) at which a chain at rest leaves its pose if nothing holds it."""
-    if any(state.u):
-        return 0.0
+def _leaving(system: HybridSystem, state: HybridState) -> Leaving:
+    """Return how a chain leaves its state if nothing holds it; a moving one is not held back."""
     q, u = (tuple(map(float, pair)) for pair in (state.q, state.u))
-    return float(rate_of_leaving(system.scene_chain.convert(float), system.effects, q, u, state.t))
+    found = leaving(system.scene_chain.convert(float), system.effects, q, u, float(state.t))
+    return found._replace(slowest=0.0) if any(u) else found
 
 
 def of_slides_at_start(

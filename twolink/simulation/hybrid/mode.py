@@ -113,7 +113,7 @@ class Doubt(NamedTuple):
     within its error `until` a time (s). A doubt counts only if the error of an angle may be
     `within` (rad), and if it `matters`: whether another choice leads to another motion is computed
     where it is asked for. A choice that leaves out an acceleration has its `rate` (rad/s²), and the
-    `growth` (1/s) of the motion that it causes.
+    rates (1/s) at which the motion that it causes grows or is held back (`leaving`).
     """
 
     time: float
@@ -124,7 +124,7 @@ class Doubt(NamedTuple):
     within: float = 0.0
     matters: Callable[[], bool] = _always
     rate: float = 0.0
-    growth: float = 0.0
+    leaving: tuple[float, float] = (0.0, 0.0)
 
 
 def doubt_of_change(time: float, trigger: Trigger, change: float) -> Doubt:
@@ -132,9 +132,11 @@ def doubt_of_change(time: float, trigger: Trigger, change: float) -> Doubt:
     return Doubt(time, trigger, math.inf if math.isinf(change) else 0.0, change, 0.0)
 
 
-def doubt_of_rate(time: float, trigger: Trigger, rate: float, growth: float) -> Doubt:
+def doubt_of_rate(
+    time: float, trigger: Trigger, rate: float, leaving: tuple[float, float]
+) -> Doubt:
     """Return the doubt on a choice at a time (s) that leaves out an acceleration (rad/s²)."""
-    return Doubt(time, trigger, 0.0, 0.0, 0.0, rate=rate, growth=growth)
+    return Doubt(time, trigger, 0.0, 0.0, 0.0, rate=rate, leaving=leaving)
 
 
 class Remark(NamedTuple):

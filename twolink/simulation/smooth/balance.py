@@ -8,7 +8,7 @@ state alike, whatever their orders.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,10 @@ from twolink.simulation.smooth.equations import EQUATIONS
 
 # The part of the rate of growth below which the pace of the motion is that of a balanced pose.
 _SLOW = 1e-2
+
+# The part of the largest eigenvalue below which one is zero: two of a free direction, which are
+# equal, have the square root of the round-off of derivatives.
+_ZERO = 1e-4
 
 # Change of an angle (rad) and of a speed (rad/s) for the derivatives of accelerations.
 _CHANGE = 1e-6
@@ -44,15 +48,30 @@ def rates_of_balance(
     return np.where(balanced, growth, 0.0).reshape(lanes)
 
 
-def rate_of_leaving(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: float) -> float:
-    """Return the largest rate (1/s) at which a change of a state grows, at its place and a time.
+class Leaving(NamedTuple):
+    """How a small change of a state goes on: it grows by a rate (1/s), or is held back.
 
-    It is 0 where no change grows, and infinite where accelerations are not finite.
+    A constant load moves a pose that is held back by up to twice its acceleration divided by the
+    square of the `slowest` rate (1/s); that is 0 where the chain is free.
+    """
+
+    growth: float
+    slowest: float
+
+
+def leaving(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: float) -> Leaving:
+    """Return how a change of a state goes on, by its derivatives at a place and a time (s).
+
+    The growth is infinite where accelerations are not finite.
     """
     _, _, slopes = _slopes(chain, effects, q, u, t, ())
     if not np.isfinite(slopes).all():
-        return math.inf
-    return max(float(_rates(slopes)[0]), 0.0)
+        return Leaving(math.inf, 0.0)
+    found = _eigenvalues(slopes)[0]
+    sizes, growth = np.abs(found), float(found.real.max())
+    zero = _ZERO * float(sizes.max())
+    slowest = float(sizes.min())
+    return Leaving(growth if growth > zero else 0.0, slowest if slowest > zero else 0.0)
 
 
 def _slopes(
@@ -75,12 +94,12 @@ def _slopes(
     return moved[2:, 0], every[:, 0], slopes
 
 
-def _rates(slopes: Array) -> Array:
-    """Return the largest real parts of the eigenvalues (1/s) of linear motions, shape (n,)."""
+def _eigenvalues(slopes: Array) -> Any:
+    """Return the eigenvalues (1/s) of linear motions, shape (n, 4)."""
     linear = np.zeros((len(slopes), 4, 4))
     linear[:, :2, 2:] = np.eye(2)
     linear[:, 2:] = slopes
-    return np.asarray(np.linalg.eigvals(linear).real.max(axis=1))
+    return np.linalg.eigvals(linear)
 
 
 def _growth(slopes: Array, paces: Array) -> Array:
@@ -94,5 +113,5 @@ def _growth(slopes: Array, paces: Array) -> Array:
     slow = np.flatnonzero(paces < _SLOW * np.maximum(np.sqrt(bound), bound))
     slow = slow[np.isfinite(slopes[slow]).all(axis=(1, 2))]
     if len(slow):
-        growth[slow] = _rates(slopes[slow])
+        growth[slow] = _eigenvalues(slopes[slow]).real.max(axis=1)
     return growth
