@@ -11,25 +11,19 @@ from tests.simulation.hybrid import BOUNCES as SCENE
 from tests.simulation.hybrid import tampered
 from twolink.chain import Chain
 from twolink.contact.impact_laws import Regime
-from twolink.contact.states import EventKind
 from twolink.effects.gravity import Gravity
 from twolink.effects.motor_inertia import MotorInertia
 from twolink.effects.surface import Surface
 from twolink.scene import Scene
 from twolink.simulation import simulate
 from twolink.simulation.hybrid.differences import (
-    _grown,
     _inside,
-    _largest_since,
     _same,
-    _with_doubts,
     _within,
     differences,
     impacts_beside,
 )
-from twolink.simulation.hybrid.mode import Doubt, Trigger, doubt_of_rate
 from twolink.simulation.hybrid.run import hybrid_run
-from twolink.simulation.smooth.balance import Leaving
 
 
 def test_two_runs_of_one_motion_differ_by_rounding(run, judge):
@@ -125,34 +119,6 @@ def test_an_impact_that_only_one_run_has_counts_as_its_jump(run, judge):
     assert errors[-1] > 1e-3
 
 
-def test_an_undecided_impact_counts_as_an_error_from_its_time_on(run, judge):
-    """A touch that may have been an impact of 1e-4 rad/s: twice that, and a tenth more."""
-    doubt = Doubt(1.25, Trigger(EventKind.HITS, 0), 1e-4, 2e-4, 1.25)
-    errors = differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
-    assert errors[TIMES < 1.2].max() < 1e-12
-    assert errors[-1] == pytest.approx(2e-4)
-
-
-@pytest.mark.parametrize(
-    ("leaving", "motion"),
-    [
-        # t, from 0.5 s to 2.5 s, and t²/2; sinh(2 t)/2; and 2/ω, 2/ω² of a pose that is held back.
-        (Leaving(0.0, 0.0), 2.0),
-        (Leaving(2.0, 0.5), np.sinh(4.0) / 2),
-        (Leaving(0.0, 20.0), 0.1),
-    ],
-)
-def test_an_acceleration_that_is_left_out_counts_as_its_motion(run, judge, leaving, motion):
-    doubt = doubt_of_rate(0.5, Trigger(EventKind.BREAKS, 0, 1), 1e-7, leaving)
-    errors = differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
-    assert errors[TIMES < 0.4].max() < 1e-12
-    assert errors[-1] == pytest.approx(1e-7 * motion, rel=1e-5)
-    twice = replace(judge, doubts=(doubt, doubt._replace(trigger=Trigger(EventKind.LEAVES, 1))))
-    assert differences(run, twice, TIMES, 1e-9)[-1] == pytest.approx(2e-7 * motion, rel=1e-5)
-    far = replace(judge, doubts=(doubt._replace(rate=1.0),))
-    assert np.isinf(differences(run, far, TIMES, 1e-9)[-1]) == bool(leaving.growth)
-
-
 @pytest.mark.parametrize(("seed", "number", "about"), [(9601, 30, 0.3322), (9701, 7, 0.1882)])
 def test_a_run_that_ends_at_an_impact_has_the_error_of_the_speeds_after_it(seed, number, about):
     """Two runs have it at instants of which one is their end, and are not compared beyond."""
@@ -162,43 +128,6 @@ def test_a_run_that_ends_at_an_impact_has_the_error_of_the_speeds_after_it(seed,
     ended = simulate(replace(scene, duration=time), samples=3)
     off = np.abs(ended.u[:, -1] - exact.at([time])[1][:, 0]).max()
     assert off <= ended.error + exact.error
-
-
-def test_a_doubt_counts_if_it_matters_and_is_asked_only_within_the_error(run, judge):
-    asked = []
-
-    def matters(answer):
-        return lambda: asked.append(answer) or answer
-
-    def last_error(within, answer):
-        trigger = Trigger(EventKind.STOPS, 0)
-        doubt = Doubt(1.25, trigger, np.inf, np.inf, 1.25, within, matters(answer))
-        return differences(run, replace(judge, doubts=(doubt,)), TIMES, 1e-9)[-1]
-
-    assert last_error(0.0, True) == np.inf
-    assert last_error(0.0, False) < 1e-12
-    assert asked == [True, False]
-    assert last_error(1e-3, True) < 1e-12
-    assert asked == [True, False]
-
-
-def test_the_change_by_an_undecided_impact_grows_with_the_errors(run, judge):
-    """A difference that grows from 1e-9 to 1e-7 multiplies a change after the first by 300.
-
-    A change after both stays as it is.
-    """
-    apart = tampered(tampered(run, 0.5, 0, 1e-9), 1.5, 0, 1e-7)
-
-    def by_doubt_at(time, first):
-        doubt = Doubt(time, Trigger(EventKind.HITS, 0), 1e-5, 1e-5, time)
-        return differences(first, replace(judge, doubts=(doubt,)), TIMES, 1e-9)
-
-    errors = by_doubt_at(0.75, apart)
-    assert errors[(TIMES > 0.8) & (TIMES < 1.0)] == pytest.approx(1e-5)
-    assert errors[-1] == pytest.approx(3e-3, rel=1e-2)
-    assert by_doubt_at(1.75, apart)[-1] == pytest.approx(1e-5)
-    # Round-off of two runs is no growth.
-    assert by_doubt_at(0.75, run)[-1] == pytest.approx(1e-5)
 
 
 def test_runs_are_compared_inside_the_steps_of_both(run):
@@ -281,37 +210,3 @@ def test_a_second_link_without_length_has_contacts_like_any_other():
     ]
     assert runs[0].impacts
     assert differences(*runs, TIMES[:6], 1e-9).max() < 1e-12
-
-
-def test_an_earlier_peak_of_the_difference_does_not_hide_the_growth_after_a_doubt(run, judge):
-    """The difference rises to 1e-6 and is 1e-13 at the doubt: from there it grows to 1e-8."""
-    moments = np.linspace(0.0, 2.0, 201)
-    found = np.where(moments < 0.5, 1e-6, 1e-13)
-    found[150:] = 1e-8
-    doubt = Doubt(1.0, Trigger(EventKind.HITS, 0), 1e-9, 1e-10, 1.0)
-    errors = _with_doubts(found, np.zeros(201), run, replace(judge, doubts=(doubt,)), moments)
-    assert errors[60] == 1e-6
-    # 1e-10 grows by 1e-8 / 1e-13, or a little less beside round-off.
-    assert 1e-7 < errors[-1] < 1e-4
-    without = _with_doubts(found, np.zeros(201), run, replace(judge, doubts=()), moments)
-    assert without[-1] == 1e-6
-
-
-def test_a_change_by_earlier_doubts_has_grown_as_the_difference_since_the_largest():
-    found, factors = np.array([9.0, 1.0, 4.0, 1e-9]), np.array([0.0, 2.0, 0.0, 1.0])
-    assert _grown(factors, found, 1e-6) == 8.0
-    assert _grown(factors[1:2], found[3:], 1e-6) == 2e-6
-    assert _grown(0 * factors, found, 1e-6) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("factors", "expected"),
-    [
-        ([0, 0, 0, 0, 0, 0], [5, 5, 5, 5, 5, 5]),
-        ([0, 0, 2, 2, 2, 2], [5, 5, 1, 3, 3, 3]),
-        ([0, 0, 2, 2, np.inf, np.inf], [5, 5, 1, 3, 2, 2]),
-    ],
-)
-def test_the_largest_difference_is_that_since_the_last_larger_factor(factors, expected):
-    found = np.array([5.0, 1.0, 1.0, 3.0, 2.0, 1.0])
-    assert _largest_since(found, np.array(factors, dtype=float)).tolist() == expected

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import pytest
 
@@ -15,6 +16,7 @@ from twolink.effects.joint_friction import JointFriction
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
+from twolink.effects.surface import Surface
 from twolink.loads import Torque
 from twolink.scene import Scene
 from twolink.simulation import simulate
@@ -158,6 +160,38 @@ def test_a_joint_that_is_held_against_a_slightly_larger_torque_has_an_error(powe
     off = abs(run.q[0, -1] - excess / (8 / 3) * duration**2 / 2)
     assert off <= run.error
     assert run.met
+
+
+@pytest.mark.parametrize("length", [0.01, 0.05, 0.3])
+def test_a_contact_gears_up_the_acceleration_that_is_left_out(length):
+    """D stays on the floor along a stretched chain: link 2 turns by −1/L2 of link 1.
+
+    Its motor pushes D onto the floor, and the brake at A holds all but an excess. With the floor
+    the moment on link 1 is T_A − T_B − T_B gear, by that of link 2, and the brake at A has 1 N m.
+    """
+    gear, motor = -1 / length, 0.25
+    chain = Chain((1.0, 1.0), (1.0, length), ((0.5, 0.0), (0.0, 0.0)), (0.1, 1e-3))
+    limit = motor * (1 - gear)
+    torque = math.nextafter(1.0 + limit, math.inf)
+    excess = float(Fraction(torque) - 1 - Fraction(motor) * (1 + 1 / Fraction(length)))
+    floor = Surface((0.0, 0.0), (0.0, -1.0), on=("D",))
+    effects = JointTorque((torque, motor)), JointFriction((1.0, 0.0)), floor
+    run = simulate(Scene(chain, (0.0, 0.0), (0.0, 0.0), 10.0, effects), samples=2)
+    assert str(run.events[0].mode).startswith("A sticks")
+    inertia = 0.1 + 0.25 + 1.0 + 1e-3 * gear**2
+    moved = abs(gear) * excess / inertia * 10.0**2 / 2
+    assert excess > 0
+    assert moved <= run.error < 1e-6
+
+
+def test_brakes_that_are_exceeded_together_are_left_out_together():
+    """Link 1 has the excess of both, of which one alone would turn the heavy link 2 too."""
+    excess, heavy = 2.0**-51, Chain((1.0, 0.01), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (0.08, 10.0))
+    effects = JointTorque((1 + excess, -(1 + excess))), JointFriction((1.0, 1.0))
+    for duration in (10.0, 1000.0):
+        run = simulate(Scene(heavy, (0.0, 0.0), (0.0, 0.0), duration, effects), samples=2)
+        rate = 2 * excess / (0.08 + 0.25 + 0.01)
+        assert run.error >= rate * max(duration, duration**2 / 2)
 
 
 def test_a_chain_that_tiny_friction_holds_upright_has_no_accuracy():

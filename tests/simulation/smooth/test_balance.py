@@ -11,11 +11,10 @@ from tests.simulation.smooth.test_measure import assert_measured
 from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
-from twolink.effects.joint_torque import JointTorque
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.file import ensemble_of
 from twolink.scene import Scene
-from twolink.simulation.smooth.balance import leaving, rates_of_balance
+from twolink.simulation.smooth.balance import rates_of_balance
 from twolink.simulation.smooth.longest_step import default_longest_step, pace_of
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -31,26 +30,6 @@ def test_the_rate_is_that_of_the_linearized_motion():
     found = rates_of_balance(chain, effects, UPRIGHT.q, UPRIGHT.u, 4.0)
     assert float(found) == pytest.approx(exact, rel=1e-6)
     assert default_longest_step(UPRIGHT) == pytest.approx(1 / exact, rel=1e-6)
-
-
-def test_a_pose_is_left_at_its_rate_whatever_holds_the_chain():
-    chain, effects = UPRIGHT.moving_chain, UPRIGHT.effects
-    rate = float(rates_of_balance(chain, effects, UPRIGHT.q, UPRIGHT.u, 4.0))
-    rest = (0.0, 0.0)
-    for more in ((), (JointTorque((0.5, 0.2)),)):
-        found = leaving(chain, (*effects, *more), UPRIGHT.q, rest, 0.0)
-        assert found.growth == pytest.approx(rate)
-        assert 0 < found.slowest < rate
-
-
-def test_a_pose_that_is_held_back_has_the_rate_of_its_slowest_oscillation():
-    """ω² of M q″ = −K q, hanging; a chain without loads is free."""
-    chain, effects = UPRIGHT.moving_chain, UPRIGHT.effects
-    M, K = np.array([[4 / 3, 1 / 2], [1 / 2, 1 / 3]]), np.diag([1.5, 0.5]) * 9.81
-    slowest = math.sqrt(scipy.linalg.eigvalsh(K, M).min())
-    found = leaving(chain, effects, (HALF, HALF), (0.0, 0.0), 0.0)
-    assert found == (0.0, pytest.approx(slowest, rel=1e-6))
-    assert leaving(chain, (), (0.3, 0.7), (0.0, 0.0), 0.0) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(

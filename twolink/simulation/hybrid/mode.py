@@ -104,6 +104,20 @@ def _always() -> bool:
     return True
 
 
+class Leaving(NamedTuple):
+    """How a small change of a state goes on: it grows by a rate (1/s), or is held back.
+
+    A constant load moves a pose that is held back by up to twice its acceleration divided by the
+    square of the `slowest` rate (1/s), which is 0 where the chain is free.
+    """
+
+    growth: float
+    slowest: float
+
+
+_FREE = Leaving(0.0, 0.0)
+
+
 class Doubt(NamedTuple):
     """A choice at a time (s) that was made by round-off or by the limit of work.
 
@@ -112,8 +126,8 @@ class Doubt(NamedTuple):
     missed, or infinity, and `change` (rad/s) what they would change u by. The event function stays
     within its error `until` a time (s). A doubt counts only if the error of an angle may be
     `within` (rad), and if it `matters`: whether another choice leads to another motion is computed
-    where it is asked for. A choice that leaves out an acceleration has its `rate` (rad/s²), and the
-    rates (1/s) at which the motion that it causes grows or is held back (`leaving`).
+    where it is asked for. A choice that leaves out an acceleration has its `rate` (rad/s²); the
+    motion that it causes goes on as a change `leaving` the state.
     """
 
     time: float
@@ -124,7 +138,7 @@ class Doubt(NamedTuple):
     within: float = 0.0
     matters: Callable[[], bool] = _always
     rate: float = 0.0
-    leaving: tuple[float, float] = (0.0, 0.0)
+    leaving: Leaving = _FREE
 
 
 def doubt_of_change(time: float, trigger: Trigger, change: float) -> Doubt:
@@ -132,9 +146,7 @@ def doubt_of_change(time: float, trigger: Trigger, change: float) -> Doubt:
     return Doubt(time, trigger, math.inf if math.isinf(change) else 0.0, change, 0.0)
 
 
-def doubt_of_rate(
-    time: float, trigger: Trigger, rate: float, leaving: tuple[float, float]
-) -> Doubt:
+def doubt_of_rate(time: float, trigger: Trigger, rate: float, leaving: Leaving) -> Doubt:
     """Return the doubt on a choice at a time (s) that leaves out an acceleration (rad/s²)."""
     return Doubt(time, trigger, 0.0, 0.0, 0.0, rate=rate, leaving=leaving)
 

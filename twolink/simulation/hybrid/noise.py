@@ -23,12 +23,12 @@ class Zero(NamedTuple):
     """A value that is zero within its round-off of this `size`, with its derivatives.
 
     It is a force (N or N m), or the acceleration along a gap (rad/s² or m/s²). As it is computed it
-    may contradict its law: then an acceleration (rad/s²) is `left_out`, which `is_rounding` if it
-    is no more than that of the numbers in their precision or of a start.
+    may contradict its law: then it is `violated`. That `is_rounding` if it is no more than the
+    round-off of the numbers in their precision or of a start.
     """
 
     size: float
-    left_out: float = 0.0
+    violated: bool = False
     is_rounding: bool = True
 
 
@@ -65,18 +65,8 @@ class Noise:
 
         As it is computed it has a value, which contradicts the law if it is negative.
         """
-        size, violation = self.of(condition, du), max(-value, 0.0)
-        is_rounding = violation * self._unsure <= size * self._rounding
-        return Zero(size, self._acceleration(condition, violation), is_rounding)
-
-    def _acceleration(self, condition: Condition, violation: float) -> float:
-        """Return the acceleration (rad/s²) by which a law is violated."""
-        row, _ = along(self._equations, condition)
-        if not violation or vanishes(self._system, row):
-            return 0.0
-        if condition.law in (Law.SEPARATES, Law.ACCELERATES):
-            return violation / size_of(row)
-        return violation * self._response(row)
+        size = self.of(condition, du)
+        return Zero(size, value < 0, -value * self._unsure <= size * self._rounding)
 
     def along(self, row: Pair, du: Pair) -> float:
         """Return the round-off of the acceleration along a row at du (rad/s²)."""

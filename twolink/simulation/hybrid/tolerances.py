@@ -13,7 +13,7 @@ NO_FORCE = 1e-9
 
 # Roundings of a place, whose size is the larger of that of its coordinate (1 rad, or the length of
 # the chain) and that of its bound. A start, given in float64, that is inside a contact by less is
-# on it. Read by complementarity, differences, scales and start.
+# on it. Read by complementarity, differences, doubted_changes, scales and start.
 CONTACT_GAP = 64
 
 # Roundings in float64 of the largest speed. A note says so if another order of simultaneous impacts
@@ -40,6 +40,13 @@ UNDECIDED = 2.0**20
 # Roundings of the sum of all forces that the value of a law may have as it is computed. One that
 # contradicts the law by more is decided in a longer precision. Read by noise.
 ROUNDED_VALUE = 64
+
+# Change of an angle (rad) and of a speed (rad/s) for derivatives of accelerations. Read by leaving.
+SMALL_CHANGE = 1e-6
+
+# The part of the largest eigenvalue of a linearized motion below which one is zero. Read by
+# leaving.
+NO_EIGENVALUE = 1e-4
 
 # Roundings of the terms of a speed. A smaller speed along a coordinate is zero within round-off.
 # Read by impact.

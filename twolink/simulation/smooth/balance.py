@@ -7,8 +7,7 @@ state alike, whatever their orders.
 
 from __future__ import annotations
 
-import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,10 +18,6 @@ from twolink.simulation.smooth.equations import EQUATIONS
 
 # The part of the rate of growth below which the pace of the motion is that of a balanced pose.
 _SLOW = 1e-2
-
-# The part of the largest eigenvalue below which one is zero: two of a free direction, which are
-# equal, have the square root of the round-off of derivatives.
-_ZERO = 1e-4
 
 # Change of an angle (rad) and of a speed (rad/s) for the derivatives of accelerations.
 _CHANGE = 1e-6
@@ -41,65 +36,19 @@ def rates_of_balance(
     shape (lanes,).
     """
     lanes = np.broadcast_shapes(*map(np.shape, (*q, *u)))
-    speeds, accelerations, slopes = _slopes(chain, effects, q, u, 0.0, lanes)
-    paces = np.maximum(np.abs(speeds).max(axis=0), np.sqrt(np.abs(accelerations).max(axis=0)))
-    growth = _growth(slopes, paces)
-    balanced = (paces < _SLOW * growth) & (growth * duration > 1)
-    return np.where(balanced, growth, 0.0).reshape(lanes)
-
-
-class Leaving(NamedTuple):
-    """How a small change of a state goes on: it grows by a rate (1/s), or is held back.
-
-    A constant load moves a pose that is held back by up to twice its acceleration divided by the
-    square of the `slowest` rate (1/s); that is 0 where the chain is free.
-    """
-
-    growth: float
-    slowest: float
-
-
-def leaving(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: float) -> Leaving:
-    """Return how a change of a state goes on, by its derivatives at a place and a time (s).
-
-    The growth is infinite where accelerations are not finite.
-    """
-    _, _, slopes = _slopes(chain, effects, q, u, t, ())
-    if not np.isfinite(slopes).all():
-        return Leaving(math.inf, 0.0)
-    found = _eigenvalues(slopes)[0]
-    sizes, growth = np.abs(found), float(found.real.max())
-    zero = _ZERO * float(sizes.max())
-    slowest = float(sizes.min())
-    return Leaving(growth if growth > zero else 0.0, slowest if slowest > zero else 0.0)
-
-
-def _slopes(
-    chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: float, lanes: tuple[int, ...]
-) -> tuple[Array, Array, Array]:
-    """Return the speeds and accelerations, both of shape (2, n), and the slopes of the latter.
-
-    These are their derivatives by q and u, shape (n, 2, 4), for n lanes.
-    """
-    places, found = np.empty((4, 9, *lanes)), np.empty((2, 9, *lanes))
+    places, rates = np.empty((4, 9, *lanes)), np.empty((2, 9, *lanes))
     for place, start in zip(places, (*q, *u), strict=True):
         place[:] = start
-    moved = places.reshape(4, 9, -1)
+    moved, found = places.reshape(4, 9, -1), rates.reshape(2, 9, -1)
     moved += _CHANGES[:, :, None]
     with np.errstate(all="ignore"):
         given = (places[0], places[1]), (places[2], places[3])
-        _, (found[0], found[1]) = EQUATIONS["lagrange"].rates(chain, effects, *given, t)
-        every = found.reshape(2, 9, -1)
-        slopes = (every[:, 1:5] - every[:, 5:]).transpose(2, 0, 1) / (2 * _CHANGE)
-    return moved[2:, 0], every[:, 0], slopes
-
-
-def _eigenvalues(slopes: Array) -> Any:
-    """Return the eigenvalues (1/s) of linear motions, shape (n, 4)."""
-    linear = np.zeros((len(slopes), 4, 4))
-    linear[:, :2, 2:] = np.eye(2)
-    linear[:, 2:] = slopes
-    return np.linalg.eigvals(linear)
+        _, (rates[0], rates[1]) = EQUATIONS["lagrange"].rates(chain, effects, *given, 0.0)
+        slopes = (found[:, 1:5] - found[:, 5:]).transpose(2, 0, 1) / (2 * _CHANGE)
+    paces = np.maximum(np.abs(moved[2:, 0]).max(axis=0), np.sqrt(np.abs(found[:, 0]).max(axis=0)))
+    growth = _growth(slopes, paces)
+    balanced = (paces < _SLOW * growth) & (growth * duration > 1)
+    return np.where(balanced, growth, 0.0).reshape(lanes)
 
 
 def _growth(slopes: Array, paces: Array) -> Array:
@@ -113,5 +62,8 @@ def _growth(slopes: Array, paces: Array) -> Array:
     slow = np.flatnonzero(paces < _SLOW * np.maximum(np.sqrt(bound), bound))
     slow = slow[np.isfinite(slopes[slow]).all(axis=(1, 2))]
     if len(slow):
-        growth[slow] = _eigenvalues(slopes[slow]).real.max(axis=1)
+        linear = np.zeros((len(slow), 4, 4))
+        linear[:, :2, 2:] = np.eye(2)
+        linear[:, 2:] = slopes[slow]
+        growth[slow] = np.linalg.eigvals(linear).real.max(axis=1)
     return growth
