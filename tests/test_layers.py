@@ -140,7 +140,7 @@ ROWS = {
         "dynamics",
         "system",
         "compiled conditions event_functions impact mode_at",
-        "event_polynomials missed_change noise recovery steepness",
+        "event_polynomials missed_change noise recovery steepness zeros",
         "complementarity leaving",
         "breakaway_order compile confirm doubts impact_log resolution trials",
         "impact_order",

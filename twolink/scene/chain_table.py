@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ from twolink.chain import Chain
 from twolink.coordinates import JointConvention
 from twolink.effects import EFFECTS, Effect
 from twolink.names import JOINT_PROPERTIES
-from twolink.urdf.spatial import STANDARD_GRAVITY, norm
+from twolink.urdf.spatial import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from twolink.urdf import PlanarUrdf
@@ -81,8 +80,7 @@ def _with_gravity(read: PlanarUrdf, note: str, acting: list[Any]) -> str:
         return note if acting else ""
     from twolink.urdf.plane import note_on_gravity
 
-    lean = math.acos(min(read.gravity / norm(read.world_gravity), 1.0))
-    return note_on_gravity(lean, sum(components))
+    return note_on_gravity(read.world_gravity, read.axes[2], sum(components))
 
 
 def _are_parallel(one: Pair, other: Pair) -> bool:

@@ -156,14 +156,19 @@ def _source_frame(axis: Vector3, elbow: Vector3, gravity: Vector3) -> Frame:
         )
         return Frame((x, unit(cross(axis, x)), axis), 0.0, note)
     axes = _axes_along(unit(in_plane), axis)
-    lean = math.atan2(abs(dot(gravity, axis)), norm(in_plane))
-    if lean <= ROUNDING:
+    if _lean(gravity, axis) <= ROUNDING:
         return Frame(axes, size)
-    return Frame(axes, norm(in_plane), note_on_gravity(lean, norm(in_plane)))
+    return Frame(axes, norm(in_plane), note_on_gravity(gravity, axis, norm(in_plane)))
 
 
-def note_on_gravity(lean: float, component: float) -> str:
-    """Return the sentence on gravity at an angle (rad) to the plane, and its component (m/s²)."""
+def _lean(gravity: Vector3, axis: Vector3) -> float:
+    """Return the angle (rad) of gravity to the plane that is normal to an axis."""
+    return math.atan2(abs(dot(gravity, axis)), norm(reject(gravity, axis)))
+
+
+def note_on_gravity(gravity: Vector3, axis: Vector3, component: float) -> str:
+    """Return the sentence on gravity oblique to a plane, of which a component (m/s²) acts."""
+    lean = _lean(gravity, axis)
     return (
         f"Gravity makes an angle of {lean:.3g} rad with the plane of motion: its component in the"
         f" plane, {component:.5g} m/s², acts, and the joints bear the rest."

@@ -13,7 +13,7 @@ from twolink.contact.force_laws import Hertz, Phase, PlasticState
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.simulation.hybrid.block import Block
-from twolink.simulation.hybrid.certificate import Certificate, Finding
+from twolink.simulation.hybrid.certificate import Certificate
 from twolink.simulation.hybrid.compiled import CompiledMode, Watched
 from twolink.simulation.hybrid.mode import Trigger
 from twolink.simulation.pool import IntegratorPool
@@ -287,37 +287,10 @@ def test_a_gap_that_is_zero_on_a_first_short_step_is_watched_from_there(touching
     assert (found.place, found.trigger) == (2, HITS)
 
 
-NOT_YET = frozenset()
-RISES, FALLS = (1e-17, 1e-6), (1e-17, -1e-6)
-
-
-@pytest.mark.parametrize(
-    ("steps", "found", "departed"),
-    [
-        # So far, and by an event after, on and before the step on which it rises.
-        ([(0,), RISES], None, {0}),
-        ([(0,), RISES, (1e-6, 1e-3)], Finding(2, 0.5, LEAVES), {0}),
-        ([(0,), RISES], Finding(1, 0.5, LEAVES), {0}),
-        ([(0,), RISES], Finding(1, 1e-12, LEAVES), NOT_YET),
-        ([(0,), RISES], Finding(0, 0.5, LEAVES), NOT_YET),
-        # It stays zero, or is pressed.
-        ([(0,), (0,)], None, NOT_YET),
-        ([(0,), FALLS], None, NOT_YET),
-    ],
-)
-def test_a_contact_without_force_departs_as_its_gap_rises(steps, found, departed):
-    state = state_of(SYSTEM, (-0.3, 0.2))._replace(touching=frozenset({0}))
-    compiled = compiled_of(HITS)
-    certificate = Certificate(SYSTEM, compiled, MODE, 9.0, state=state)
-    block = block_of([[step] for step in steps], (0.5,) * len(steps))
-    certificate.first_event(block, at_start=True)
-    assert certificate.departed(found) == departed
-
-
 def test_a_contact_that_has_departed_stays_apart_in_later_blocks():
     state = state_of(SYSTEM, (-0.3, 0.2))._replace(touching=frozenset({0}))
     certificate = Certificate(SYSTEM, compiled_of(HITS), MODE, 9.0, state=state)
-    certificate.first_event(block_of([[RISES]]), at_start=True)
+    certificate.first_event(block_of([[(1e-17, 1e-6)]]), at_start=True)
     back = block_of([[(1e-6, -4e-6)]], start=0.5)
     found, _ = certificate.first_event(back, at_start=False)
     assert found.trigger == HITS

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import itertools
 import operator
+import sys
 from collections.abc import Sequence
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.bernstein import is_positive_until, margins_of, rounding_bound
@@ -27,6 +26,7 @@ from twolink.simulation.hybrid.roots import Search, first_fall, spread_of_fall, 
 from twolink.simulation.hybrid.start_of_arc import StartOfArc
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
+from twolink.simulation.hybrid.zeros import Zeros
 from twolink.simulation.series import powers_of
 
 
@@ -44,6 +44,9 @@ class Finding(NamedTuple):
 
 
 _HITS = EventKind.HITS
+
+# A step after all of a block, and a place on it.
+_NEVER = sys.maxsize, 0.0
 
 # The number of the step of a suspect (below).
 _STEP = operator.itemgetter(0)
@@ -64,23 +67,6 @@ class _Suspect(NamedTuple):
     bound: float
     whole: bool
     proven: bool
-
-
-class _Grown(NamedTuple):
-    """An event function that is no longer zero at the end of a step, within a `size`.
-
-    `place` is the number of the step in the last block, or −1 before it.
-    """
-
-    place: int
-    polynomial: list[Any]
-    size: float
-
-    def by(self, found: Finding | None) -> bool:
-        """Return whether it has grown above zero by an event, or so far."""
-        if found is None or self.place < found.place:
-            return bool(sum(self.polynomial) > 0)
-        return self.place == found.place and bool(horner(self.polynomial, found.x) > self.size)
 
 
 class Certificate:
@@ -111,11 +97,7 @@ class Certificate:
             system.near_to_zero[compiled] = near
         self._near, self._nearest = near, max(near, default=0.0)
         self._start = StartOfArc(system, compiled, mode, orders, state)
-        # The event functions that are zero within these sizes since the start of the arc, and
-        # those that were.
-        self._zero: dict[int, float] = {}
-        self._grown: dict[int, _Grown] = {}
-        self._without_force = _without_force(compiled, state)
+        self._zeros = Zeros(compiled, state)
         self._tails: dict[int, float] = {}
         # Gaps at the start, below round-off of a place, that division by time omits.
         self._omitted: dict[int, Any] = {}
@@ -134,16 +116,8 @@ class Certificate:
         return earliest, tuple(doubts)
 
     def departed(self, found: Finding | None) -> frozenset[int]:
-        """Return the contacts without a force that have left by an event, or so far.
-
-        Their gaps were zero with all derivatives at the start of the arc, and have grown since.
-        """
-        return frozenset(
-            self._triggers[number].index
-            for number in self._without_force
-            if number not in self._zero
-            and (number not in self._grown or self._grown[number].by(found))
-        )
+        """Return the contacts without a force that have left by an event, or so far."""
+        return self._zeros.departed(*(_NEVER if found is None else (found.place, found.x)))
 
     def _suspects(self, block: Block, at_start: bool) -> list[_Suspect]:
         """Return the event functions that may be near to zero, in the order of the steps.
@@ -157,11 +131,7 @@ class Certificate:
         _, functions, length = every.shape
         rounding = self._system.rounding
         margins, bernstein, bounds = margins_of(every.reshape(-1, length), rounding)
-        zeros: dict[int, int] = {}
-        for number, grown in self._grown.items():
-            self._grown[number] = grown._replace(place=-1)
-        for number in tuple(self._zero):
-            zeros[number] = self._steps_of_zero(number, every[:, number])
+        zeros = self._zeros.steps(every)
         # The least margins by which event functions are certified.
         tails = self._tails if at_start else {}
         most = max(self._nearest, *tails.values()) if tails else self._nearest
@@ -286,7 +256,7 @@ class Certificate:
                 polynomial = [-c for c in polynomial]
             order = self._start.order(trigger, polynomial, block)
             if order is None:
-                self._zero[number] = self._start.zero_size(trigger, polynomial, block)
+                self._zeros.add(number, self._start.zero_size(trigger, polynomial, block))
             elif order:
                 if trigger.kind is _HITS and order == 1 and polynomial[0] > 0:
                     # A gap is a variable of its own, known relative to its size.
@@ -296,32 +266,6 @@ class Certificate:
                 row[-order:] = 0
                 # The last terms estimate the truncation error of the series.
                 self._tails[number] = float(abs(polynomial[-1])) + float(abs(polynomial[-2]))
-
-    def _steps_of_zero(self, number: int, polynomials: Any) -> int:
-        """Return on how many steps of a block an event function is still zero.
-
-        After the first step at whose end it is not, it is monitored.
-        """
-        ends = np.abs(polynomials.sum(axis=1).astype(float))
-        grown = np.flatnonzero(ends > self._zero[number])
-        if not len(grown):
-            return len(ends)
-        place = int(grown[0])
-        self._grown[number] = _Grown(place, polynomials[place].tolist(), self._zero.pop(number))
-        return place + 1
-
-
-def _without_force(compiled: CompiledMode, state: HybridState | None) -> Sequence[int]:
-    """Return the gaps of rigid contacts that touch and are open: those that are held have none."""
-    if state is None or not state.touching:
-        return ()
-    return [
-        number
-        for number, trigger in enumerate(compiled.layout.triggers)
-        if trigger.kind is _HITS
-        and trigger.index in state.touching
-        and state.compliant[trigger.index] is None
-    ]
 
 
 def _end_by_clock(

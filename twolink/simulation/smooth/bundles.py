@@ -46,6 +46,9 @@ Starts = tuple[tuple[Pair, Pair], tuple[Pair, Pair]]
 
 _LANES = len(RATIOS)
 
+# The start of each lane: the first two have one.
+_STARTS = [0, 0, 1, 2]
+
 # The least number of steps of a lane: within the first one, all lanes have the same polynomial.
 _LEAST_STEPS = 8
 
@@ -103,7 +106,7 @@ class Bundle:
         steps = np.zeros(_LANES, int)
         with self.pool.lend() as integrator:
             usual = scene.q, scene.u
-            self._start(integrator, size, usual, *(moved or (usual, usual)))
+            self._start(integrator, size, (usual, *(moved or (usual, usual))))
             note = _noting(integrator, ends)
             for part in parts:
                 known, taken = _followed(integrator, part, caps, note)
@@ -130,19 +133,11 @@ class Bundle:
         u = EQUATIONS[self.formulation].to_speeds(self.chain, tuple(q), tuple(x))
         return np.stack([*q, *u], axis=1)
 
-    def _start(
-        self,
-        integrator: Any,
-        size: float,
-        usual: tuple[Pair, Pair],
-        of_longest: tuple[Pair, Pair],
-        of_last: tuple[Pair, Pair],
-    ) -> None:
-        """Set the lanes of an integrator to their starts."""
-        equations, starts = EQUATIONS[self.formulation], (usual, of_longest, of_last)
-        for lanes, (q, u) in zip((slice(LONGEST), LONGEST, MOVED), starts, strict=True):
-            start = np.array([*q, *equations.from_speeds(self.chain, q, u)])
-            integrator.state[:4, lanes] = start[:, None] if isinstance(lanes, slice) else start
+    def _start(self, integrator: Any, size: float, starts: Any) -> None:
+        """Set the lanes of an integrator to the starts of the first, the third and the last one."""
+        from_speeds = EQUATIONS[self.formulation].from_speeds
+        states = np.array([[*q, *from_speeds(self.chain, q, u)] for q, u in starts])
+        integrator.state[:4] = states[_STARTS].T
         integrator.state[4] = size * RATIOS
         integrator.set_time(0.0)
 
