@@ -127,7 +127,7 @@ ROWS = {
         "bundled",
         "numeric stiffness taylor",
         "linear",
-        "correction defect residuals round_off",
+        "correction defect error_bounds residuals round_off",
         "prediction runs step_errors",
         "corrected pairs",
         "measure",
