@@ -142,7 +142,7 @@ ROWS = {
         "compiled conditions event_functions impact mode_at",
         "event_polynomials missed_change noise recovery steepness zeros",
         "complementarity leaving",
-        "breakaway_order compile confirm doubts impact_log resolution trials",
+        "breakaway_order compile confirm doubts impact_log other_motions resolution trials",
         "impact_order",
         "collision start_of_arc",
         "ahead arc certificate course fastest_rate grip singular_pose zeno",

@@ -34,13 +34,11 @@ which of them carries the force of a slide: that with the least normal force, an
 from __future__ import annotations
 
 import functools
-import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from twolink.arithmetic import Pair
 from twolink.contact.states import ContactState, EventKind
-from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
     NO_ORDERS,
     Candidate,
@@ -48,26 +46,29 @@ from twolink.simulation.hybrid.complementarity import (
     Problem,
     States,
     begun,
-    coincide,
     is_at_rest,
     is_solvable,
     problem_at,
 )
 from twolink.simulation.hybrid.confirm import Delay, Derivatives
-from twolink.simulation.hybrid.constraint import cramer
 from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_count, solve
 from twolink.simulation.hybrid.grip import is_gripped
 from twolink.simulation.hybrid.mode import Trigger
-from twolink.simulation.hybrid.noise import Zero, size_of
+from twolink.simulation.hybrid.noise import size_of
+from twolink.simulation.hybrid.other_motions import (
+    accelerates,
+    departs,
+    departures,
+    other_motions,
+    other_slides,
+    pairs_in_one_place,
+)
 from twolink.simulation.hybrid.painleve import jammed
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.singular_pose import wedged
 from twolink.simulation.hybrid.state import HybridState, put
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.trials import Trials
-
-# The events of contacts that open, and of elements that begin to slide: those have left the rest.
-_DEPARTS = (EventKind.HITS, EventKind.STOPS)
 
 
 class Early(NamedTuple):
@@ -123,7 +124,7 @@ def _twins(system: HybridSystem, touching: frozenset[int]) -> Sequence[tuple[int
     """
     if len(touching) < 2:
         return ()
-    return [pair for pair in _pairs(system, alike=True) if touching.issuperset(pair)]
+    return [pair for pair in pairs_in_one_place(system, alike=True) if touching.issuperset(pair)]
 
 
 def _of_both(selection: Selection, twins: Sequence[tuple[int, int]]) -> Selection:
@@ -134,18 +135,6 @@ def _of_both(selection: Selection, twins: Sequence[tuple[int, int]]) -> Selectio
         if order is not None:
             orders[Trigger(EventKind.HITS, other)] = order
     return selection._replace(orders=orders)
-
-
-@functools.lru_cache(maxsize=256)
-def _pairs(system: HybridSystem, *, alike: bool) -> tuple[tuple[int, int], ...]:
-    """Return the pairs of contacts in one place whose friction is alike, or is not."""
-    elements = system.elements
-    return tuple(
-        (first, other)
-        for first, other in itertools.combinations(range(len(elements)), 2)
-        if coincide(elements[first], elements[other], system.scene_chain)
-        and (elements[first].limits(1) == elements[other].limits(1)) is alike
-    )
 
 
 @functools.lru_cache(maxsize=1024)
@@ -176,7 +165,7 @@ def _with_grip(system: HybridSystem, state: HybridState, pose: Pose, found: Sele
         return found
     problem = problem_at(system, state, pose, system.options(state.touching, state.sliding))
     du = solve(problem.equations, system.elements, found.states).du
-    leaves = _accelerates(problem, du) or begun(found.states, state.sliding) > 0
+    leaves = accelerates(problem, du) or begun(found.states, state.sliding) > 0
     held = _all_held(problem)
     if not leaves or held == found.states or held in found.others:
         return found
@@ -230,7 +219,7 @@ def _admitted(
         found = [c for c in candidates if c.states in confirmed and c.states not in holding]
         if taken is not None:
             # The laws may admit that the chain leaves its rest as well.
-            return taken._replace(others=_departures(problem, moving or found, orders))
+            return taken._replace(others=departures(problem, moving or found, orders))
         if found and not at_rest and (with_pressed or not _all_break_away(problem, found)):
             held = [c for c in found if not _begins(problem, c)] if moving else []
             taken = _preferred(problem, held or moving or found, orders)
@@ -278,7 +267,7 @@ def _with_wedged(
     for candidate in trials.candidates(with_pressed=True, beginning=False):
         if not motions:
             motions = [solve(problem.equations, problem.system.elements, taken.states).du]
-        differs = all(_other_motions(problem, [candidate], du) for du in motions)
+        differs = all(other_motions(problem, [candidate], du) for du in motions)
         if differs and derivatives.confirmed(candidate) is not None:
             others.append(candidate)
             motions.append(candidate.solution.du)
@@ -318,37 +307,9 @@ def _rests(problem: Problem, candidate: Candidate, orders: Orders) -> bool:
     Where the loads on one link balance, it stays at rest while only the other one is held. They may
     balance for an instant only: then the chain leaves its rest by a higher derivative.
     """
-    if constraint_count(problem.system.elements, candidate.states) == 0 or _departs(orders):
+    if constraint_count(problem.system.elements, candidate.states) == 0 or departs(orders):
         return False
-    return not _accelerates(problem, candidate.solution.du)
-
-
-def _accelerates(problem: Problem, du: Pair) -> bool:
-    """Return whether a link has an acceleration (rad/s²) beyond round-off."""
-    return any(
-        abs(float(own)) > problem.noise.along(row, du)
-        for own, row in zip(du, ((1, 0), (0, 1)), strict=True)
-    )
-
-
-def _departs(orders: Orders) -> bool:
-    """Return whether contacts open, or elements begin to slide, in a mode with these orders."""
-    return any(each.kind in _DEPARTS for each in orders)
-
-
-def _departures(
-    problem: Problem, found: list[Candidate], orders: Mapping[States, Orders]
-) -> tuple[States, ...]:
-    """Return the modes in which the chain leaves its rest, at once or by a higher derivative.
-
-    A contact that may open has all derivatives of its gap at zero where no load moves the chain.
-    """
-    at_once = _other_motions(problem, found, (0.0, 0.0))
-    moving = {
-        states: {each: order for each, order in known.items() if not isinstance(order, Zero)}
-        for states, known in orders.items()
-    }
-    return tuple(c.states for c in found if c.states in at_once or _departs(moving[c.states]))
+    return not accelerates(problem, candidate.solution.du)
 
 
 def _preferred(
@@ -360,35 +321,9 @@ def _preferred(
         slipping = [c for c in found if c.states[overloaded].slips]
         found = slipping or found
     best = min(found, key=lambda candidate: _cost(problem, candidate))
-    others = _other_motions(problem, found, best.solution.du)
-    others = tuple(dict.fromkeys((*others, *_other_slides(problem, best.states))))
+    others = other_motions(problem, found, best.solution.du)
+    others = tuple(dict.fromkeys((*others, *other_slides(problem, best.states))))
     return Selection(best.states, others, orders=orders.get(best.states, NO_ORDERS))
-
-
-def _other_motions(problem: Problem, found: list[Candidate], du: Pair) -> tuple[States, ...]:
-    """Return the modes whose acceleration differs from du (rad/s²) by more than round-off."""
-    free = cramer(problem.equations.M, problem.equations.r, problem.equations.det)
-    size = max(abs(float(x)) for x in (*du, *free))
-    return tuple(
-        c.states
-        for c in found
-        if any(
-            abs(float(x) - float(y)) > tolerances.SAME_MOTION * size
-            for x, y in zip(c.solution.du, du, strict=True)
-        )
-    )
-
-
-def _other_slides(problem: Problem, states: States) -> Iterator[States]:
-    """Yield the modes in which another contact in one place has the force of one that slides.
-
-    Of contacts with different friction the laws do not determine which of them has the force.
-    """
-    system, touching = problem.system, problem.state.touching
-    for pair in _pairs(system, alike=False):
-        for own, other in (pair, pair[::-1]):
-            if states[own].slips and other in touching and states[other] is ContactState.OPEN:
-                yield put(put(states, own, ContactState.OPEN), other, states[own])
 
 
 def _cost(problem: Problem, candidate: Candidate) -> tuple[float, ...]:

@@ -249,7 +249,7 @@ MOST_PIECES = 1000
 JET_ORDER = 6
 
 # Part of the accelerations of a free chain. Modes whose accelerations differ by less are the same
-# motion. Read by replayed_order and select.
+# motion. Read by other_motions and replayed_order.
 SAME_MOTION = 1e-6
 
 # Roundings of the time, or of the longest step. A contact that is approached and closes within this
