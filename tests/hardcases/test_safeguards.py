@@ -108,7 +108,7 @@ def test_a_case_fails_with_angles_reduced_to_one_turn(formulation, monkeypatch):
 @pytest.mark.parametrize("formulation", ["lagrange", "kane"])
 def test_a_case_fails_without_stabilisation(formulation, monkeypatch):
     assert mark("sliding-200-s", formulation) is Mark.PASS
-    monkeypatch.setattr(compilation, "BAUMGARTE_RATE", 0.0)
+    monkeypatch.setattr(tolerances, "STABILISATION", 0.0)
     assert mark("sliding-200-s", formulation) is not Mark.PASS
 
 

@@ -105,11 +105,11 @@ def in_smaller_units(scene, index):
 
 
 def in_larger_units(scene, index):
-    """Return a scene of lengths of 1 km."""
+    """Return a scene of lengths of 1 km and times of hours."""
     return in_units(scene, LARGE)
 
 
-SMALL, LARGE = Units(length=-14, mass=-20, time=-2), Units(length=10, mass=7, time=3)
+SMALL, LARGE = Units(length=-14, mass=-20, time=-2), Units(length=10, mass=7, time=14)
 
 
 @pytest.mark.slow_but_first

@@ -28,15 +28,28 @@ def compiled(system, *states, dents=(), recovering=(), formulation="lagrange"):
     return Compiler(formulation).mode(system, mode_of(system, *states, dents=dents), recovering)
 
 
-def coefficients(mode, *values, scale=1.0, start=0.0):
+def coefficients(mode, *values, scale=1.0, start=0.0, rate=0.0):
     """Return the Taylor coefficients of a step from these values, zero for all that follow."""
     integrator = mode.pool.original
     integrator.state[:] = [*values, *[0.0] * (len(integrator.state) - len(values))]
     integrator.time = 0 * integrator.time
     count = len(integrator.pars)
-    integrator.pars[:] = [*[0.0] * mode.numbers, scale, start][:count]
+    integrator.pars[:] = [*[0.0] * mode.numbers, scale, start, rate][:count]
     integrator.step(write_tc=True)
     return integrator.tc.copy()
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.5, 3.0])
+def test_errors_of_a_held_point_decay_at_the_rate_of_stabilisation(rate):
+    """The height y of D obeys y'' + 2 r y' + r² (y - bound) = 0."""
+    mode = compiled(system_of(FLOOR), S.OPEN, S.CLOSED)
+    q, u = (0.3, 0.8), (0.2, -0.7)
+    found = coefficients(mode, *q, *u, 1.0, rate=rate)
+    (a1, a2), (s1, s2), (c1, c2) = found[2:4, 1], np.sin(q), np.cos(q)
+    speed, acceleration = c1 * u[0] + c2 * u[1], c1 * a1 + c2 * a2 - s1 * u[0] ** 2 - s2 * u[1] ** 2
+    # The place of the surface is a parameter, which is 0 here.
+    expected = -2 * rate * speed - rate**2 * (s1 + s2)
+    assert acceleration == pytest.approx(expected, abs=1e-14)
 
 
 @pytest.mark.parametrize("formulation", ["kane", "lagrange"])

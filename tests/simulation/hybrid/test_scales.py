@@ -57,6 +57,15 @@ def test_scaled_forces_do_not_depend_on_the_unit_of_length(unit):
     assert math.isfinite(one.slowest)
 
 
+@pytest.mark.parametrize("unit", [2.0**-10, 2.0**20])
+def test_stabilisation_is_a_rate_in_the_unit_of_time(unit):
+    """Each step of the longest length reduces errors by the same part."""
+    one, other = (system_of(FLOOR, longest_step=step).scales for step in (1.0, unit))
+    assert other.stabilisation * unit == one.stabilisation
+    assert other.of_rounded_start * unit == one.of_rounded_start
+    assert 1e-14 < one.of_rounded_start < 1e-12
+
+
 def test_a_hertzian_surface_has_no_force_of_rounding():
     """Its force is of the root of the depth, a variable of its own."""
     cushion = CompliantSurface((0.0, 1.0), (0.0, -1.0), "hertz", 1e6)

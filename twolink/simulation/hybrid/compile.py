@@ -41,7 +41,6 @@ from twolink.simulation.hybrid.pace import factors_of_pace, product
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.stepper import Stepper
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE
 from twolink.simulation.pool import IntegratorPool
 from twolink.values import Content
 
@@ -143,6 +142,7 @@ class _Builder:
         self._scale = hy.par[numbers]
         self._clock = self._named("clock")
         begins = hy.par[numbers + 1]
+        self._stabilisation = precise(hy.par[numbers + 2], self._system.number)
         self._now = begins + self._clock if self._moving else precise(hy.time, system.number)
 
     def _named(self, name: str) -> Any:
@@ -164,7 +164,7 @@ class _Builder:
         solution = mode_solution(
             pose, system.effects, system.elements, mode.states,
             [mode.dent(i) for i in range(len(mode.states))], self._u, self._now, self._roots,
-            BAUMGARTE_RATE,
+            self._stabilisation,
         )  # fmt: skip
         variables, rates = self._motion(solution)
         watched, integrals = self._event_functions(pose, solution, variables)

@@ -35,12 +35,6 @@ from twolink.simulation.hybrid.system import HybridSystem
 
 States = tuple[ContactState, ...]
 
-# A start is given in float64, and lies beside its contacts by roundings of a place, which the
-# stabilisation of held points removes at this speed (m/s) in any precision.
-_OF_ROUNDED_START = (
-    tolerances.CONTACT_GAP * PRECISIONS["double"].rounding * tolerances.BAUMGARTE_RATE
-)
-
 
 Orders = Mapping[Trigger, int | Zero]
 """How many leading Taylor coefficients of an event function are zero, or `Zero`, by its trigger."""
@@ -271,6 +265,6 @@ def _conditions(
             yield Condition(Law.ACCELERATES, index, state.direction)
 
 
-def is_at_rest(state: HybridState) -> bool:
+def is_at_rest(system: HybridSystem, state: HybridState) -> bool:
     """Return whether a chain is at rest, but for the speed at which roundings of a start vanish."""
-    return size_of(state.u) <= _OF_ROUNDED_START
+    return size_of(state.u) <= system.scales.of_rounded_start

@@ -41,7 +41,9 @@ def set_up(course: Course) -> None:
     if count := len(parameters):
         own = [system.number(n) for n in mode.numbers]
         own += (*system.frictions(mode.states), *system.places)
-        every = [*system.effect_numbers, *own, system.number(system.scales.moment), state.t]
+        scales = system.scales
+        scale, rate = system.number(scales.moment), system.number(scales.stabilisation)
+        every = [*system.effect_numbers, *own, scale, state.t, rate]
         # The last parameters may not occur in the expressions of this mode.
         parameters[:] = every[:count]
 

@@ -66,12 +66,12 @@ def local_equations(
     t: Scalar,
     active: Sequence[bool],
     pushes: Sequence[Scalar],
-    rate: float = 0.0,
+    rate: Scalar | None = None,
 ) -> LocalEquations:
     """Return the equations of motion at an instant, with the terms of the active elements.
 
     `pushes` are the forces of compliant surfaces (N); `rate` (1/s) is that of Baumgarte's
-    stabilisation, which is added to the bias of points, 0 for none.
+    stabilisation, which is added to the bias of points, None for none.
     """
     chain, formulation, q = pose.chain, pose.formulation, pose.q
     loads = smooth_loads(effects, chain, q, u, t)
@@ -86,7 +86,7 @@ def local_equations(
 
 
 def _element_terms(
-    pose: Pose, element: ContactElement, u: Pair, push: Scalar, rate: float
+    pose: Pose, element: ContactElement, u: Pair, push: Scalar, rate: Scalar | None
 ) -> ElementTerms:
     bound = element.bound if element.rigid else None
     return ElementTerms(
@@ -97,7 +97,11 @@ def _element_terms(
 
 
 def _terms(
-    pose: Pose, coordinate: ConstraintCoordinate, u: Pair, rate: float, bound: Scalar | None
+    pose: Pose,
+    coordinate: ConstraintCoordinate,
+    u: Pair,
+    rate: Scalar | None,
+    bound: Scalar | None,
 ) -> Terms:
     """Return the terms of a coordinate; a held point is stabilized towards its bound.
 
@@ -105,7 +109,7 @@ def _terms(
     prevents this from accumulating.
     """
     bias = pose.bias(coordinate, u)
-    if rate and not isinstance(coordinate, JointCoordinate):
+    if rate is not None and not isinstance(coordinate, JointCoordinate):
         bias = bias + 2 * rate * pose.speed(coordinate, u)
         if bound is not None:
             bias = bias + rate * rate * (pose.value(coordinate, pose.q) - bound)
@@ -263,14 +267,14 @@ def mode_solution(
     u: Pair,
     t: Scalar,
     roots: dict[int, Any] | None = None,
-    rate: float = 0.0,
+    rate: Scalar | None = None,
 ) -> Solution:
     """Return du/dt and the forces in a mode at a state; `roots` (m^½) are √depth by element.
 
     A mode that holds the chain at rest needs no stabilization.
     """
     if constraint_count(elements, states) >= MOST_CONSTRAINTS:
-        rate = 0.0
+        rate = None
     active = [
         element.normal is None or s is not ContactState.OPEN
         for element, s in zip(elements, states, strict=True)

@@ -61,7 +61,7 @@ def _wedged_between(system: HybridSystem, state: HybridState, pose: Pose) -> str
 
 
 def _gripped(system: HybridSystem, state: HybridState, pose: Pose) -> str:
-    if not (is_at_rest(state) and is_gripped(system, state, pose)):
+    if not (is_at_rest(system, state) and is_gripped(system, state, pose)):
         return ""
     return (
         "only contacts that press against each other could hold the chain, with forces that no "

@@ -182,7 +182,7 @@ def _opened(system: HybridSystem, state: HybridState, mode: Mode, index: int) ->
     friction that does not slide may wedge the chain against it, or the loads may press it again.
     """
     element, own, chain = system.elements[index], mode.states[index], system.scene_chain
-    if own is not ContactState.STICKS and is_at_rest(state):
+    if own is not ContactState.STICKS and is_at_rest(system, state):
         return Reaction(state, {index: tuple(x for x in element.options(True, 0) if x is not own)})
     together = {i for i in state.touching if coincide(system.elements[i], element, chain)}
     gaps = tuple(system.number(0) if i in together else gap for i, gap in enumerate(state.gaps))

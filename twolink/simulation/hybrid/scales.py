@@ -8,7 +8,7 @@ from typing import Any
 
 from twolink.chain import Chain
 from twolink.contact.elements import ContactElement
-from twolink.integration.precisions import Precision
+from twolink.integration.precisions import PRECISIONS, Precision
 from twolink.simulation.hybrid import tolerances
 
 
@@ -94,6 +94,19 @@ class Scales:
     def slowest(self) -> float:
         """The speed (rad/s) below which links that stop are at rest: they have turned faster."""
         return tolerances.UNDECIDED * self.rounding / float(self.longest_step)
+
+    @cached_property
+    def stabilisation(self) -> float:
+        """The rate (1/s) at which errors of points that are held decay."""
+        return tolerances.STABILISATION / float(self.longest_step)
+
+    @cached_property
+    def of_rounded_start(self) -> float:
+        """The speed (rad/s) at which the roundings of a start vanish, in any precision.
+
+        A start is given in float64, and lies beside its contacts by roundings of a place.
+        """
+        return tolerances.CONTACT_GAP * PRECISIONS["double"].rounding * self.stabilisation
 
     @cached_property
     def moment(self) -> float:

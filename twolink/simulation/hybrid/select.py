@@ -112,7 +112,7 @@ def select(
     found = _only(options) or _selected(problem_at(system, state, pose, options), pose)
     if found is None:
         return None
-    if is_at_rest(state) and is_gripped(system, state, pose):
+    if is_at_rest(system, state) and is_gripped(system, state, pose):
         found = _with_grip(system, state, pose, found)
     return _of_both(found, twins) if twins else found
 
@@ -195,7 +195,7 @@ def _admitted(
     problem: Problem, pose: Pose, trials: Trials, derivatives: Derivatives
 ) -> Selection | None:
     """Return the mode that the laws and the derivatives admit, or None if there is none."""
-    at_rest = is_at_rest(problem.state)
+    at_rest = is_at_rest(problem.system, problem.state)
     orders: dict[States, Orders] = {}
     undecided: list[Candidate] = []
     moving: list[Candidate] = []
@@ -243,7 +243,8 @@ def _is_stopped(problem: Problem, pose: Pose) -> bool:
 
 def _only_grips(problem: Problem, pose: Pose) -> bool:
     """Return whether only contacts that grip a chain at rest may hold it."""
-    return is_at_rest(problem.state) and is_gripped(problem.system, problem.state, pose)
+    system, state = problem.system, problem.state
+    return is_at_rest(system, state) and is_gripped(system, state, pose)
 
 
 def _all_break_away(problem: Problem, found: list[Candidate]) -> bool:

@@ -13,7 +13,7 @@ NO_FORCE = 1e-9
 
 # Roundings of a place, whose size is the larger of that of its coordinate (1 rad, or the length of
 # the chain) and that of its bound. A start, given in float64, that is inside a contact by less is
-# on it. Read by complementarity, differences, doubted_changes, scales and start.
+# on it. Read by differences, doubted_changes, scales and start.
 CONTACT_GAP = 64
 
 # Roundings in float64 of the largest speed. A note says so if another order of simultaneous impacts
@@ -145,9 +145,9 @@ DYING = 0.01
 # motion. Read by zeno.
 LEAST_IMPACTS_OF_A_BURST = 4
 
-# The rate (1/s) of Baumgarte's stabilisation of the positions and speeds of points that are held. A
-# joint that is held needs none. Read by compile, complementarity and unseen.
-BAUMGARTE_RATE = 8.0
+# The rate of Baumgarte's stabilisation of the positions and speeds of points that are held, times
+# the longest step: no step is shorter for it. A joint that is held needs none. Read by scales.
+STABILISATION = 4.0
 
 # Part of the time. Shorter steps are not taken in any precision: the motion is asked for at times
 # that are float64 numbers. Read by flow and steps_of_arc.

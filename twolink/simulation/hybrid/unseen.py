@@ -18,7 +18,7 @@ from twolink.simulation.hybrid.dynamics import MOST_CONSTRAINTS, constraint_coun
 from twolink.simulation.hybrid.mode import Mode
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import BAUMGARTE_RATE, CHANGED_STATE, LEAST_RESIDUAL
+from twolink.simulation.hybrid.tolerances import CHANGED_STATE, LEAST_RESIDUAL
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.linear import scaled, shortened
 from twolink.simulation.smooth.residuals import NODES, ROUNDINGS, SIGNS, at_places, of_converged
@@ -116,6 +116,6 @@ def _accelerations(system: HybridSystem, mode: Mode, states: _States) -> Array:
     dents = [mode.dent(index) for index in range(len(mode.states))]
     solution = mode_solution(
         Pose(chain, system.formulation, states.q), system.effects, elements, mode.states, dents,
-        states.u, states.t, states.roots, BAUMGARTE_RATE,
+        states.u, states.t, states.roots, system.scales.stabilisation,
     )  # fmt: skip
     return np.array([np.broadcast_to(own, states.t.shape) for own in solution.du], dtype=float)
