@@ -18,6 +18,7 @@ from tests.campaign.equivalents import RESTATEMENTS
 from tests.campaign.images import mirrored, reordered, turned
 from tests.campaign.reference import leaves_a_choice
 from tests.campaign.units import Units, in_units
+from twolink.chain import Chain
 from twolink.effects.compliant_surface import CompliantSurface
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
@@ -152,6 +153,24 @@ def test_a_motion_changes_with_its_scene(change, sign, second, draw, first, scen
         assert sign * other_u * second == pytest.approx(u, abs=most * max(1, second), rel=0), index
         compared += 1
     assert compared > scenes / 2
+
+
+@pytest.mark.parametrize("power", [-10, 10, 17, 20])
+def test_a_slide_takes_as_many_steps_over_any_time(power):
+    """The end of a chain that swings below A slides on a floor, for 20 s and for up to 240 days."""
+    unit, y = 2.0**power, 0.5
+    q1 = math.pi / 2 + 0.3
+    pose, floor = (q1, math.asin(y - math.sin(q1))), Surface((0.0, y), (0.0, -1.0))
+    bars = Chain.uniform_bars()
+
+    def over(t):
+        return simulate(Scene(bars, pose, (0.0, 0.0), 20 * t, (Gravity(9.81 / t**2), floor)))
+
+    one, other = over(1.0), over(unit)
+    assert one.met
+    assert other.met
+    assert other.q[:, -1] == pytest.approx(one.q[:, -1], abs=one.error + other.error, rel=0)
+    assert other.statistics.steps < 2.5 * one.statistics.steps
 
 
 @pytest.mark.parametrize(

@@ -114,3 +114,15 @@ def test_the_largest_speed_of_momenta_of_size_1_is_bounded(rotors, random):
         seen = max(seen, np.abs(inverse).sum(axis=1).max())
     assert 0.8 * bound < seen < bound
     assert EQUATIONS["lagrange"].largest_speed(chain) == 1.0
+
+
+@pytest.mark.parametrize("name", EQUATIONS)
+@pytest.mark.parametrize("chain", [GENERAL, LIGHT_ON_HEAVY])
+def test_the_sizes_of_rounded_speeds_are_bounded_in_all_poses(chain, name, random):
+    equations, turns, fastest = EQUATIONS[name], 40.0, 3.0
+    q = random.uniform(-turns, turns, (2, 2000))
+    u = random.uniform(-fastest, fastest, (2, 2000))
+    seen = float(np.max(equations.rounded_speeds(chain, q, u)))
+    bound = equations.largest_rounded_speed(chain, turns, fastest)
+    assert seen < bound * (1 + 1e-12)
+    assert bound < 30 * seen

@@ -18,6 +18,7 @@ from twolink.simulation.smooth.round_off import (
     rounding,
     rounding_until,
     sums,
+    sums_at_most,
 )
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -56,6 +57,22 @@ def test_loads_that_cancel_have_the_round_off_of_their_terms():
     # An acceleration of 1e8 roundings, for 3 s.
     assert 1e-9 < errors[-1] < 1e-5
     assert np.all(np.diff(errors) >= 0)
+
+
+@pytest.mark.parametrize("formulation", ["momenta", "lagrange"])
+@pytest.mark.parametrize("size", [0.0, 3e3, 1e8])
+def test_bounds_exceed_the_round_off_of_sums_and_loads(size, formulation):
+    """By a few powers of ten at most, so that they are negligible beside loose accuracies."""
+    torque = JointTorque((size, 0.0), (size, 0.0), (1e-4, 0.0), (-math.pi / 2, 0.0))
+    scene = Scene(Chain.uniform_bars(), (0.3, -0.2), (0.1, 0.4), 3.0, (Gravity(), torque))
+    run = taylor_run(scene, TIMES, formulation=formulation, order=15, visit=TIMES)
+    loads = LoadsAlong.along(run)
+    for grown in (1.0, 1e5):
+        of_loads = loads.errors(run, TIMES, grown * GROWN)[-1]
+        at_most = loads.errors_at_most(run, TIMES[-1], grown)
+        assert of_loads <= at_most <= 1e4 * of_loads + 1e-10 * grown
+    of_sums = (sums(run, TIMES) + rounding_until(run, TIMES))[-1]
+    assert of_sums <= sums_at_most(run, TIMES[-1]) <= 100 * of_sums
 
 
 def test_a_short_burst_of_terms_that_cancel_is_seen():

@@ -218,7 +218,7 @@ class Bundled:
         return RoundOffGrowth(np.maximum(self._grown_from_start, self._grown_across), of_steps)
 
     @cached_property
-    def _of_round_off(self) -> float:
+    def of_round_off(self) -> float:
         """The error of a run with a round-off of 1 on each step, over the whole motion."""
         return float(max(self._growths[-1], self._growth.on_each_step[-1]))
 
@@ -242,7 +242,7 @@ class Bundled:
         """The size of the state that the steps of the first lane had."""
         return max(self.plan.size, self.largest)
 
-    @property
+    @cached_property
     def bounds(self) -> Bounds | None:
         """The bounds on the errors of the first two lanes; None if they are unknown."""
         if self.growth is None or not self.is_linear:
@@ -251,7 +251,7 @@ class Bundled:
             # A chain that stays at rest has no error beside the round-off of its place.
             return Bounds(0.0, 0.0)
         of_step = self._speed * missed_by_step(self.plan.order, self._size)
-        return bounds(self.estimate, self.distance, self._of_round_off, of_step)
+        return bounds(self.estimate, self.distance, self.of_round_off, of_step)
 
     @property
     def _speed(self) -> float:
@@ -267,7 +267,7 @@ class Bundled:
 
         That may be a part of one.
         """
-        return np.diff(self.first.step_times())[:-1]
+        return np.diff(self.places)[:-1]
 
     @property
     def known(self) -> Known:
@@ -276,7 +276,7 @@ class Bundled:
         if growth is not None and not self.is_linear:
             # Distances end at the size of the motion.
             growth *= _SATURATED
-        return Known(growth, self.largest, self._of_round_off)
+        return Known(growth, self.largest, self.of_round_off)
 
     @property
     def is_linear(self) -> bool:
@@ -290,7 +290,7 @@ class Bundled:
         """Whether the lanes are compared so often that the error has no peaks between."""
         return not self._unseen(_STEPS_BETWEEN).any()
 
-    @property
+    @cached_property
     def places(self) -> Array:
         """Times (s) at which later lanes are to be compared: the ends of the first lane's steps.
 

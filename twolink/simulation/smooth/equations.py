@@ -57,6 +57,10 @@ class SpeedEquations:
         """Return the sizes (rad/s) whose relative rounding is that of a speed: u's own."""
         return np.abs(u)
 
+    def largest_rounded_speed(self, chain: Chain, angle: float, speed: float) -> float:
+        """Return the largest of `rounded_speeds` up to an angle (rad) and a speed (rad/s): this."""
+        return speed
+
     def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:
         """Return the sizes whose relative rounding is that of `from_speeds`, which is exact."""
         return np.zeros_like(u)
@@ -120,6 +124,11 @@ class MomentumEquations:
         """Return the largest speed (rad/s) of variables of size 1, in any pose."""
         return largest_inverse(Content((chain,)))
 
+    def largest_rounded_speed(self, chain: Chain, angle: float, speed: float) -> float:
+        """Return a bound on `rounded_speeds` (rad/s) up to a size of angles (rad) and of speeds."""
+        bound, by_angle = largest_mass(Content((chain,)))
+        return self.largest_speed(chain) * (bound + 2 * by_angle * angle) * speed
+
     def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:
         """Return the sizes (kg m²/s) whose relative rounding is that of `from_speeds`: |M| |u|."""
         return _sizes_of_momenta(_rounded_mass(chain, q, _sizes_of_mass(chain, q)), u)
@@ -154,9 +163,13 @@ def _rounded_mass(chain: Chain, q: Any, sizes: _Mass) -> _Mass:
     M12 depends on a difference of angles, whose rounding counts also where M12 is small.
     """
     M11, M12, M22, det = sizes
+    return M11, M12 + _by_elbow(chain) * np.abs(q[1] - q[0]), M22, det
+
+
+def _by_elbow(chain: Chain) -> Any:
+    """Return the size (kg m²) of the part of M12 that depends on the pose."""
     _, a, b = chain.C2
-    across = np.abs(chain.m2 * chain.L1) * np.hypot(a, b)
-    return M11, M12 + across * np.abs(q[1] - q[0]), M22, det
+    return np.abs(chain.m2 * chain.L1) * np.hypot(a, b)
 
 
 def _sizes_of_momenta(sizes: _Mass, u: Any) -> Any:
@@ -190,11 +203,31 @@ def mass(chain: Chain, q: Pair, both: Pair) -> _Mass:
 @functools.lru_cache(maxsize=64)
 def largest_inverse(chain: Content) -> float:
     """Return a bound on the row sums of |M⁻¹| (1/(kg m²)) in all poses of a chain."""
-    (given,) = chain.objects
-    # M depends on the angle between the links, and little from one of these to the next.
-    elbow = np.linspace(0.0, 2 * math.pi, _POSES)
-    M11, M12, M22, det = _sizes_of_mass(given.convert(float), (np.zeros_like(elbow), elbow))
+    M11, M12, M22, det = _in_all_poses(chain)
     return float(_BETWEEN_POSES * ((np.maximum(M11, M22) + M12) / np.abs(det)).max())
+
+
+@functools.lru_cache(maxsize=64)
+def largest_mass(chain: Content) -> tuple[float, float]:
+    """Return a bound on the row sums of M (kg m²) in all poses, and by what it grows by an angle.
+
+    The second is for the sizes whose relative rounding is that of M, by the angle (rad) between the
+    links.
+    """
+    (given,) = chain.objects
+    M11, M12, M22, _ = _in_all_poses(chain)
+    bound = _BETWEEN_POSES * (np.maximum(M11, M22) + M12).max()
+    return float(bound), float(_by_elbow(given.convert(float)))
+
+
+def _in_all_poses(chain: Content) -> _Mass:
+    """Return `_sizes_of_mass` in poses from each of which M changes little to the next.
+
+    M depends on the angle between the links.
+    """
+    (given,) = chain.objects
+    elbow = np.linspace(0.0, 2 * math.pi, _POSES)
+    return _sizes_of_mass(given.convert(float), (np.zeros_like(elbow), elbow))
 
 
 def ahead_and_across(chain: Chain, q: Pair) -> Pair:

@@ -50,7 +50,7 @@ from twolink.scene import Scene
 from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.shortened import UnseenError
-from twolink.simulation.smooth.bundle_plan import bundle_plan
+from twolink.simulation.smooth.bundle_plan import Bounds, bundle_plan
 from twolink.simulation.smooth.bundled import Bundled, start_of
 from twolink.simulation.smooth.corrected import corrected_run
 from twolink.simulation.smooth.growth_along import is_conservative
@@ -79,6 +79,9 @@ _BUNDLES = 4
 # most motions. An evaluation in long doubles costs a third more than one in double precision, and
 # one in quadruple precision five times as much as one in long doubles.
 _OF_ESTIMATE: dict[PrecisionName, float] = {"double": 0.05, "long double": 0.25}
+
+# The part of the error of a lane that a bound on its round-off may add to it.
+_NEGLIGIBLE = 1 / 16
 
 # The number of times that steps are shortened for the errors to be carried over them.
 _SHORTENINGS = 4
@@ -212,6 +215,17 @@ class _Search:
         """
         if found.growth is None:
             return None
+        bounds = found.bounds
+        if bounds is not None and bounds.first <= self.accuracy:
+            bound = bounds.second if bounds.second <= self.accuracy else bounds.first
+            shared = self.pairs.shared_at_most(found.first, found.of_round_off)
+            measured = self._of_lanes(found, bounds, shared)
+            if measured is not None and shared <= _NEGLIGIBLE * bound:
+                return measured
+        return self._of_bundle_in_detail(found)
+
+    def _of_bundle_in_detail(self, found: Bundled) -> Measured | None:
+        """Return the same, by the round-off that two lanes share; further runs learn from it."""
         grown = found.grown_at(self.runs.times)
         self.prediction = self.prediction.learned(grown)
         if found.is_linear:
@@ -222,11 +236,15 @@ class _Search:
         # The first lane has the more steps.
         every = self.pairs.shared(found.first, grown)
         self.prediction = self.prediction.sharing(every, PRECISIONS["double"].rounding)
-        shared = float(every.max())
+        rounded = rounding_until(found.first, self.runs.times)
+        return self._of_lanes(found, bounds, float((every + rounded).max()))
+
+    def _of_lanes(self, found: Bundled, bounds: Bounds, round_off: float) -> Measured | None:
+        """Return the lane that has the accuracy, with its error over the whole motion."""
         for kept, bound in ((found.second, bounds.second), (found.first, bounds.first)):
-            measured = self._of(kept, np.full(len(self.runs.times), bound + shared))
-            if measured.worst <= self.accuracy:
-                return measured
+            if bound + round_off <= self.accuracy:
+                errors = np.full(len(self.runs.times), bound + round_off)
+                return Measured(kept, errors, tuple(self.runs.made))
         return None
 
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:

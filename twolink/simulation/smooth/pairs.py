@@ -15,7 +15,12 @@ from twolink.integration.precisions import PRECISIONS, PrecisionName
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.growth_along import RoundOffGrowth, growth_along, is_conservative
 from twolink.simulation.smooth.judging import truncation
-from twolink.simulation.smooth.round_off import MOST_ROUND_OFF, LoadsAlong, sums
+from twolink.simulation.smooth.round_off import (
+    MOST_ROUND_OFF,
+    LoadsAlong,
+    sums,
+    sums_at_most,
+)
 from twolink.simulation.smooth.runs import Runs
 from twolink.simulation.smooth.taylor import TaylorRun
 from twolink.simulation.smooth.visited import VisitingRun, largest_until, visited_by
@@ -81,11 +86,24 @@ class Pairs:
 
         `grown` is the error of a run with a truncation error of 1 on each step.
         """
-        if self._loads is None:
-            self._loads = LoadsAlong.along(run)
         times, of_round_off = self._runs.times, self.growth.on_each_step
         known = np.where(np.isfinite(of_round_off), of_round_off, 0.0)
-        return sums(run, times) + self._loads.errors(run, times, np.maximum(grown, known))
+        return sums(run, times) + self._along(run).errors(run, times, np.maximum(grown, known))
+
+    def shared_at_most(self, run: VisitingRun, grown: float) -> float:
+        """Return a bound (rad, rad/s) on the round-off of values and that of `shared`, at once.
+
+        `grown` is the error of a run with an error of 1 on each step.
+        """
+        duration = float(self._runs.times[-1])
+        of_loads = self._along(run).errors_at_most(run, duration, grown)
+        return sums_at_most(run, duration) + of_loads
+
+    def _along(self, run: VisitingRun) -> LoadsAlong:
+        """Return the round-off of loads along the first run."""
+        if self._loads is None:
+            self._loads = LoadsAlong.along(run)
+        return self._loads
 
     def _grown_on_steps(self, run: TaylorRun) -> Array:
         """Return the growth of errors of later steps along a run, up to each time, shape (n,)."""

@@ -66,11 +66,25 @@ def sums(run: VisitingRun, times: Array) -> Array:
     )
 
 
+def sums_at_most(run: VisitingRun, duration: float) -> float:
+    """Return a bound (rad, rad/s) on `sums` and `rounding_until` up to a duration (s), at once."""
+    chain = run.scene.moving_chain
+    q1, q2, u1, u2 = visited_by(run).sizes(np.abs).max(axis=1).tolist()
+    angle, speed = max(q1, q2), max(u1, u2)
+    rounded = EQUATIONS[run.formulation].largest_rounded_speed(chain, angle, speed)
+    largest = PRECISIONS[run.precision].rounding * max(angle, speed, rounded)
+    return _converted(run) + largest * (1 + A_VALUE + run.steps + duration)
+
+
 def _of_conversions(run: VisitingRun, largest: Array) -> Array:
     """Return the round-off of conversions from that of the largest values, shape (n,)."""
+    return np.asarray(_converted(run) + A_VALUE * largest)
+
+
+def _converted(run: VisitingRun) -> float:
+    """Return the error (rad, rad/s) of the start of a run, by conversions."""
     begun = np.concatenate([run.q[:, 0], run.u[:, 0]]).astype(float)
-    converted = np.abs(begun - [*run.scene.q, *run.scene.u]).max()
-    return np.asarray(converted + A_VALUE * largest)
+    return float(np.abs(begun - [*run.scene.q, *run.scene.u]).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +130,14 @@ class LoadsAlong:
         carried = MOST_ROUND_OFF * grown * roundings[place]
         own = PRECISIONS[run.precision].rounding
         return np.asarray(own * (np.maximum(1.0, times) * moved[place] + carried))
+
+    def errors_at_most(self, run: VisitingRun, duration: float, grown: float) -> float:
+        """Return a bound (rad, rad/s) on `errors` up to a duration (s), at once."""
+        step = duration / run.steps
+        if step * self._most <= 1:
+            return 0.0
+        moved, carried = duration * self._most, MOST_ROUND_OFF * grown * step * self._most
+        return PRECISIONS[run.precision].rounding * (max(1.0, duration) * moved + carried)
 
     @cached_property
     def _most(self) -> float:
