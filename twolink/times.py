@@ -9,5 +9,9 @@ import numpy as np
 
 def merged(*times: Any) -> Any:
     """Return the times in arrays or sequences (s), rising, each once."""
-    # With indices: without them NumPy imports its masked arrays, which takes 30 ms.
-    return np.unique(np.concatenate([np.asarray(some) for some in times]), return_index=True)[0]
+    # NumPy's `unique` takes twice as long, or imports its masked arrays, which takes 30 ms.
+    every = np.concatenate([np.asarray(some) for some in times])
+    every.sort()
+    first = np.ones(len(every), bool)
+    np.not_equal(every[1:], every[:-1], out=first[1:])
+    return every[first]

@@ -149,7 +149,8 @@ class Bundled:
 
         It is unknown where the truncation errors of the lanes do not have their ratios.
         """
-        if np.ptp(self._lengths) <= _EVEN * self._lengths.max():
+        longest = self._lengths.max()
+        if longest - self._lengths.min() <= _EVEN * longest:
             # At the cap all steps are shorter than those of the order.
             return self._by_lanes
         # In most motions the growth on each step is larger than that from the start.
@@ -232,7 +233,7 @@ class Bundled:
         of_steps = growth_of(self.estimates, self._truncated)
         return np.asarray(np.maximum(of_steps, ON_EACH_STEP * self._grown_from_start))
 
-    @property
+    @cached_property
     def _truncated(self) -> float:
         """The truncation error of a step of the first lane, as a part of the largest variable."""
         return float(self._size / self.largest * truncation(self.plan.order))
@@ -247,7 +248,8 @@ class Bundled:
         """The bounds on the errors of the first two lanes; None if they are unknown."""
         if self.growth is None or not self.is_linear:
             return None
-        if not np.ptp(self.found.motions[FIRST], axis=1).any():
+        motion = self.found.motions[FIRST]
+        if not (motion != motion[:, :1]).any():
             # A chain that stays at rest has no error beside the round-off of its place.
             return Bounds(0.0, 0.0)
         of_step = self._speed * missed_by_step(self.plan.order, self._size)

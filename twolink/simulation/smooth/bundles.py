@@ -129,7 +129,7 @@ class Bundle:
 
     def _motions(self, variables: Array) -> Array:
         """Return q and u of variables, both of shape (lanes, 4, n)."""
-        q, x = (np.moveaxis(variables[:, pair], 1, 0) for pair in (slice(2), slice(2, 4)))
+        q, x = (variables[:, pair].transpose(1, 0, 2) for pair in (slice(2), slice(2, 4)))
         u = EQUATIONS[self.formulation].to_speeds(self.chain, tuple(q), tuple(x))
         return np.stack([*q, *u], axis=1)
 
