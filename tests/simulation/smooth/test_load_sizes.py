@@ -9,6 +9,7 @@ import pytest
 from tests.simulation.smooth.test_measure import GENERAL, measured, scene, true_errors
 from twolink.chain import Chain
 from twolink.effects import Effect
+from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.loads import motor_loads
@@ -78,3 +79,30 @@ def test_the_error_is_bounded_where_terms_cancel(name):
         found = measured(acting, accuracy, THREE)
         assert found.worst <= accuracy
         assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
+BALANCED = Chain((1.0, 0.7), (1.0, 0.8), ((0.0, 0.0), (0.8, 0.0)), (0.05, 0.03))
+CANCELLING = {
+    "torques of motors": (*(JointTorque((x, 0.0)) for x in (1e6 + 0.1, 2e6 + 0.2, -3e6 - 0.3)),),
+    "small torques": (*(JointTorque((x, 0.0)) for x in (0.1, 0.2, -0.3)),),
+    "a weight that a force carries": (Gravity(9.81), EndForce(-(0.7 * 9.81))),
+    "gravities": (*(Gravity(x) for x in (1e4 + 0.1, 2e4 + 0.2, -3e4 - 0.3)),),
+}
+
+
+@pytest.mark.parametrize("formulation", ["momenta", "lagrange"])
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize(
+    ("name", "duration"), [*zip(CANCELLING, [10.0, 1e4, 1e4, 1e3], strict=True)]
+)
+def test_constants_of_several_effects_that_cancel_move_a_chain_at_rest(
+    name, duration, accuracy, formulation
+):
+    """The sum of float64 numbers is no float64 number: a chain that seems to rest is slow."""
+    acting = Scene(BALANCED, (0.3, 0.9), (0.0, 0.0), duration, CANCELLING[name])
+    times = np.linspace(0.0, duration, 21)
+    exact = taylor_run(acting, times, formulation="kane", precision="quadruple")
+    assert 1e-11 < np.abs(exact.q[:, -1].astype(float) - acting.q).max() < 1e-5
+    found = measured(acting, accuracy, times, formulation=formulation)
+    assert found.worst <= accuracy
+    assert np.all(true_errors(found.kept, exact) <= found.errors)

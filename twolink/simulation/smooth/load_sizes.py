@@ -8,11 +8,12 @@ import numpy as np
 
 from twolink.chain import Chain
 from twolink.effects import Effect, smooth_loads
+from twolink.loads import Force, Load, Torque
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS, gathered_force
-from twolink.simulation.smooth.sized import Sized, sized
+from twolink.simulation.smooth.sized import Sized, constant, sized
 
 
 class LoadSizes(NamedTuple):
@@ -63,10 +64,18 @@ def force_sizes(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: An
     """
     angles, speeds = (Sized(q[0]), Sized(q[1])), (Sized(u[0]), Sized(u[1]))
     with np.errstate(all="ignore"):
-        loads = smooth_loads(effects, chain, angles, speeds, Sized(t))
+        loads = tuple(map(_rounded, smooth_loads(effects, chain, angles, speeds, Sized(t))))
         found = np.empty((3, 2, *np.shape(t)))
         for place, force in enumerate(gathered_force(chain, angles, loads)):
             sizes = sized(force)
             found[0, place], found[1, place] = sizes.value, sizes.excess
             found[2, place] = sizes.spread
         return ForceSizes(*found)
+
+
+def _rounded(load: Load) -> Load:
+    """Return a load whose constants have a rounding: they may be products, as a weight is."""
+    if isinstance(load, Torque):
+        return Torque(load.link, constant(load.moment))
+    x, y = load.components
+    return Force(load.point, (constant(x), constant(y)))

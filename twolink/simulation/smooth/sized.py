@@ -64,6 +64,8 @@ class Sized:
             # The round-off of terms is independent, and a sum of like terms has one rounding. An
             # infinite sum has no error beyond itself.
             excess = np.fmax(np.hypot(a.error, b.error) - np.abs(total), 0.0)
+            # Constants without an excess cost nothing later.
+            excess = None if np.ndim(excess) == 0 and excess == 0 else excess
         return Sized(total, excess, _both(a._spread, b._spread), exact=False)
 
     def __sub__(self, other: Any) -> Sized:
@@ -74,6 +76,8 @@ class Sized:
 
     def __mul__(self, other: Any) -> Sized:
         a, b = self, sized(other)
+        if _is_zero(a) or _is_zero(b):
+            return Sized(0.0)
         excess = _sum(_times(a.value, b._excess), _times(b.value, a._excess))
         spread = _both(_times(a.value, b._spread), _times(b.value, a._spread))
         return Sized(a.value * b.value, excess, spread, exact=False)
@@ -149,6 +153,13 @@ def sized(number: Any) -> Sized:
         return Sized(number)
     value = float(number)
     return Sized(value) if value == number else Sized(value, abs(value), exact=False)
+
+
+def constant(number: Any) -> Sized:
+    """Return a number of a formula; one without a size has a rounding, unless it is zero."""
+    if isinstance(number, Sized) or (isinstance(number, float) and number == 0):
+        return sized(number)
+    return Sized(number, exact=False)
 
 
 def sin(x: Sized) -> Sized:

@@ -41,6 +41,10 @@ from twolink.simulation.smooth.quadrature import MOMENTS
 from twolink.simulation.smooth.rates import jacobians_of
 from twolink.simulation.smooth.steps import Steps
 
+# Powers of h J by which constant errors are carried over the rest of a step: those of nearly all
+# steps are below 2.
+_OF_CONSTANTS = 5
+
 # Moments whose terms in a sum are below this part of the defect are left out.
 _OF_MOMENTS = 1e-3
 
@@ -205,8 +209,7 @@ class StepErrors:
         rates = _rounded_rates(found, linear, loads.errors)
         variances = self._variances(np.abs(rates), found.noise, linear, loads.spread)
         variances += (_OF_SOURCES * added) ** 2 + self._of_turns(found.rates) ** 2
-        # The round-off of constants is alike on all steps: one source for each variable.
-        alike = PRECISIONS[self.evaluated_in].rounding * rates[:, None] * np.eye(4)
+        alike = PRECISIONS[self.evaluated_in].rounding * _alike(rates, linear)
         sources = np.concatenate([added[..., None], alike, found.truncated[..., None]], axis=2)
         known, covariance = self._carried
         errors, covariances = accumulated(
@@ -220,8 +223,7 @@ class StepErrors:
         bent = self._bent_by(linear, errors[:-1, :, 0])
         rounded = _VALUES * PRECISIONS[self._precision].rounding
         values = of_values(linear, rounded * np.abs(linear.states))
-        # A defect that is constant over a step has twice its first moment.
-        within = of_values(linear, 2 * np.abs(found.firsts.sum(axis=0)))
+        within = of_values(linear, _within(found, linear))
         fastest = float((np.abs(found.rates[:, :2]) / linear.lengths[:, None]).max())
         found_bounds = error_bounds(linear, (errors, covariances), fastest, values, within)
         self._bounds.append(found_bounds.known_where(bent <= _MOST_BENT))
@@ -305,6 +307,28 @@ def _added(found: Defects, linear: Linear) -> Array:
     firsts = found.firsts[..., None].copy()
     firsts[1] += carried
     return np.asarray(found.defects + (scaled @ firsts).sum(axis=0)[..., 0])
+
+
+def _within(found: Defects, linear: Linear) -> Array:
+    """Return the errors within steps that are not at their ends, shape (n, 4).
+
+    A defect that is constant over a step has twice its first moment, and moves other variables.
+    """
+    own = 2 * np.abs(found.firsts.sum(axis=0))
+    return np.asarray(own + (np.abs(linear.scaled[1]) @ own[..., None])[..., 0] / 2)
+
+
+def _alike(rates: Array, linear: Linear) -> Array:
+    """Return what a rounding of h f adds on each step, one source for each variable: (n, 4, 4).
+
+    The round-off of constants is alike on all steps. On each it is constant, and is carried over
+    the rest of it: a chain at rest may take one step.
+    """
+    sources = rates[:, None] * np.eye(4)
+    carried, jacobian = sources, linear.scaled[1]
+    for k in range(_OF_CONSTANTS, 1, -1):
+        carried = sources + jacobian @ carried / k
+    return np.asarray(carried)
 
 
 def _moments(exponents: Array) -> int:
