@@ -62,7 +62,7 @@ def _looks(lanes: Lanes, formulation: EquationsName, count: int) -> Iterator[Loa
     chain, effects, q, u, duration = lanes
     for t in np.linspace(0.0, duration, count):
         times = np.full(lanes.width, t)
-        yield force_sizes(chain, effects, q, u, times).in_rates(chain, formulation, q)
+        yield force_sizes(chain, effects, q, u, times).given(chain, formulation, q)
 
 
 def _cancel(lanes: Lanes, looks: int, longest: Any, *, spread: bool) -> Any:

@@ -3,10 +3,11 @@
 import math
 from dataclasses import dataclass
 
+import mpmath
 import numpy as np
 import pytest
 
-from tests.simulation.smooth.test_measure import GENERAL, measured, scene, true_errors
+from tests.simulation.smooth.test_measure import GENERAL, measured, true_errors
 from twolink.chain import Chain
 from twolink.effects import Effect
 from twolink.effects.end_force import EndForce
@@ -15,7 +16,7 @@ from twolink.effects.joint_torque import JointTorque
 from twolink.loads import motor_loads
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.load_sizes import load_sizes
+from twolink.simulation.smooth.load_sizes import force_sizes, load_sizes
 from twolink.simulation.smooth.taylor import taylor_run
 
 STATE = np.array([[0.3, 1.0], [-0.4, 2.0]]), np.array([[0.1, -1.0], [0.2, 0.7]]), np.zeros(2)
@@ -46,9 +47,13 @@ LOADS = {
 }
 
 
+def given(formulation, *effects):
+    return force_sizes(GENERAL, effects, *STATE).given(GENERAL, formulation, STATE[0])
+
+
 @pytest.mark.parametrize("formulation", EQUATIONS)
 def test_gravity_has_little_more_than_its_own_rounding(formulation):
-    sizes = load_sizes(scene((0, 0), (0, 0)), formulation, *STATE)
+    sizes = given(formulation, Gravity())
     rates = []
     for effects in ((Gravity(),), ()):
         q, u, t = STATE
@@ -61,11 +66,8 @@ def test_gravity_has_little_more_than_its_own_rounding(formulation):
 
 @pytest.mark.parametrize("formulation", EQUATIONS)
 def test_terms_of_one_effect_that_cancel_count_by_their_sizes(formulation):
-    acting = Scene(GENERAL, (0.3, -0.4), (0.1, 0.2), 3.0, (rising(1e8, 1e-4),))
-    sizes = load_sizes(acting, formulation, *STATE)
-    one = load_sizes(
-        Scene(GENERAL, (0, 0), (0, 0), 1.0, (JointTorque((1.0, 0.0)),)), formulation, *STATE
-    )
+    sizes = given(formulation, rising(1e8, 1e-4))
+    one = given(formulation, JointTorque((1.0, 0.0)))
     assert sizes.errors == pytest.approx(1e8 * one.errors, rel=0.01)
 
 
@@ -79,6 +81,57 @@ def test_the_error_is_bounded_where_terms_cancel(name):
         found = measured(acting, accuracy, THREE)
         assert found.worst <= accuracy
         assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
+@pytest.mark.parametrize("formulation", ["kane", "lagrange"])
+@pytest.mark.parametrize("mass", [1e-9, 1e-6, 1e-3, 1.0])
+def test_accelerations_have_the_round_off_of_the_terms_of_their_solution(mass, formulation, random):
+    """M is nearly singular where the first link is light, and its terms cancel."""
+    light, effects = Chain.point_masses((mass, 0.3), (0.7, 1.1)), (Gravity(),)
+    q, u = random.uniform(-3, 3, (2, 300)), random.uniform(-3, 3, (2, 300))
+    q[1, :100] = q[0, :100] + random.uniform(-1e-3, 1e-3, 100)
+    acting = Scene(light, (0.0, 0.0), (0.0, 0.0), 1.0, effects)
+    sizes = load_sizes(acting, formulation, q, u, np.zeros(300)).errors
+    rates = EQUATIONS[formulation].rates
+    found = np.array(rates(light, effects, tuple(q), tuple(u), 0.0)[1])
+    with mpmath.workdps(40):
+        own = light.convert(mpmath.mpf)
+        exact = [
+            rates(own, effects, *(tuple(map(mpmath.mpf, x)) for x in state), mpmath.mpf(0))[1]
+            for state in zip(q.T.tolist(), u.T.tolist(), strict=True)
+        ]
+        missed = np.array(
+            [
+                [float(abs(x - y)) for x, y in zip(a, b, strict=True)]
+                for a, b in zip(found.T.tolist(), exact, strict=True)
+            ]
+        ).T
+    assert np.all(missed <= np.finfo(float).eps * sizes)
+
+
+LIGHT = [
+    (1e-3, 0.5, 1e-12, "kane"),
+    (1e-4, 0.3, 1e-11, "lagrange"),
+    (1e-5, 0.2, 1e-11, "lagrange"),
+    (1e-6, 0.1, 1e-11, "kane"),
+    (1e-6, 0.1, 1e-12, "lagrange"),
+    (1e-6, 0.1, 1e-9, "kane"),
+]
+
+
+@pytest.mark.parametrize(("mass", "duration", "accuracy", "formulation"), LIGHT)
+def test_the_error_of_a_chain_with_a_light_first_link_is_reported(
+    mass, duration, accuracy, formulation
+):
+    light = Chain.point_masses((mass, 0.3), (0.7, 1.1))
+    acting = Scene(light, (0.0, 0.0), (0.0, 0.0), duration, (Gravity(),))
+    times = np.linspace(0.0, duration, 21)
+    exact = taylor_run(
+        acting, times, formulation="momenta", precision="quadruple", longest_step=duration / 200
+    )
+    found = measured(acting, accuracy, times, formulation=formulation)
+    assert found.worst <= accuracy
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
 
 
 BALANCED = Chain((1.0, 0.7), (1.0, 0.8), ((0.0, 0.0), (0.8, 0.0)), (0.05, 0.03))

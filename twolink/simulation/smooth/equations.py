@@ -73,6 +73,21 @@ class SpeedEquations:
         """Return the largest speed (rad/s) of variables of size 1: 1."""
         return 1.0
 
+    def solved(self, chain: Chain, q: Any, u: Any, forces: Any) -> Any:
+        """Return the sizes (rad/s²) whose relative rounding is that of du/dt.
+
+        They are |M⁻¹| (|Q| + |C u| + |M| |du/dt|): all terms are rounded, those of M as well, and
+        cancel where M is ill-conditioned. `forces` are Q (N m).
+        """
+        (Q1, Q2), (u1, u2), both = forces, u, ahead_and_across(chain, q)
+        entries, across = mass(chain, q, both), both[1]
+        du = _speeds(entries, (Q1 + across * u2 * u2, Q2 - across * u1 * u1))
+        sizes = tuple(map(np.abs, entries))
+        of_M = _sizes_of_momenta(_rounded_mass(chain, q, sizes), du)
+        across = np.abs(across) + _by_elbow(chain) * np.abs(q[1] - q[0])
+        terms = np.abs(Q1) + across * u2 * u2, np.abs(Q2) + across * u1 * u1
+        return _sizes_of_speeds(sizes, of_M + np.array(terms))
+
     def by_forces(self, chain: Chain, q: Any, forces: Any) -> Any:
         """Return the part of du/dt (rad/s²) by generalized forces (N m)."""
         return _speeds(mass(chain, q, ahead_and_across(chain, q)), forces)
@@ -132,6 +147,10 @@ class MomentumEquations:
     def rounded_starts(self, chain: Chain, q: Any, u: Any) -> Any:
         """Return the sizes (kg m²/s) whose relative rounding is that of `from_speeds`: |M| |u|."""
         return _sizes_of_momenta(_rounded_mass(chain, q, _sizes_of_mass(chain, q)), u)
+
+    def solved(self, chain: Chain, q: Any, u: Any, forces: Any) -> Any:
+        """Return the sizes whose relative rounding is that of dp/dt, without M⁻¹: |Q| (N m)."""
+        return np.abs(forces)
 
     def by_forces(self, chain: Chain, q: Any, forces: Any) -> Any:
         """Return the part of dp/dt (N m) by generalized forces: themselves."""

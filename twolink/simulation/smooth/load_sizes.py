@@ -20,7 +20,8 @@ class LoadSizes(NamedTuple):
     """The round-off that loads give to the second pair of rates, in roundings, shape (2, n).
 
     `errors` is a size whose relative rounding it is, alike in states that are alike; `excess` is
-    the part of it beyond a rounding of the loads themselves. `spread` is independent in each state.
+    the part of it beyond a rounding of what the loads add to the rates. `spread` is independent in
+    each state.
     """
 
     errors: Array
@@ -35,12 +36,20 @@ class ForceSizes(NamedTuple):
     excess: Array
     spread: Array
 
-    def in_rates(self, chain: Chain, formulation: EquationsName, q: Any) -> LoadSizes:
-        """Return the round-off that the forces give to the rates of some equations, at angles q.
+    def in_rates(self, chain: Chain, formulation: EquationsName, q: Any, u: Any) -> LoadSizes:
+        """Return the round-off of the rates of some equations by forces, at angles and speeds.
 
-        Large terms that nearly cancel count by their own sizes. The numbers of the chain are in
-        float64, and may have shape (n,).
+        Large terms that nearly cancel count by their own sizes: those of the forces, and those of
+        the equations that are solved for accelerations. The numbers of the chain are in float64,
+        and may have shape (n,).
         """
+        given, equations = self.given(chain, formulation, q), EQUATIONS[formulation]
+        with np.errstate(all="ignore"):
+            errors = equations.solved(chain, q, u, self.values) + given.excess
+        return given._replace(errors=errors, excess=errors - (given.errors - given.excess))
+
+    def given(self, chain: Chain, formulation: EquationsName, q: Any) -> LoadSizes:
+        """Return the round-off that the forces alone give to the rates of some equations."""
         # The forces, and then the excess and the spread of each alone, as they are independent.
         alone = np.zeros((2, 5, *self.values.shape[1:]))
         alone[:, 0] = self.values
@@ -54,7 +63,7 @@ class ForceSizes(NamedTuple):
 def load_sizes(scene: Scene, formulation: EquationsName, q: Any, u: Any, t: Any) -> LoadSizes:
     """Return the round-off of a scene's loads at angles and speeds, shape (2, n), and times."""
     chain = scene.moving_chain.convert(float)
-    return force_sizes(chain, scene.effects, q, u, t).in_rates(chain, formulation, q)
+    return force_sizes(chain, scene.effects, q, u, t).in_rates(chain, formulation, q, u)
 
 
 def force_sizes(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: Any) -> ForceSizes:

@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from twolink.chain import Chain
 from twolink.effects import is_built_in
 from twolink.integration.precisions import PRECISIONS
 from twolink.names import EquationsName
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS
-from twolink.simulation.smooth.load_sizes import ForceSizes, force_sizes
+from twolink.simulation.smooth.load_sizes import ForceSizes, LoadSizes, force_sizes
 from twolink.simulation.smooth.visited import VisitingRun, visited_by
 
 MOST_ROUND_OFF = 16
@@ -142,6 +143,10 @@ class LoadsAlong:
     @cached_property
     def _most(self) -> float:
         """A bound on the roundings of the state per time (1/s), of speeds and of momenta."""
+        formulation = self.run.formulation
+        if EQUATIONS[formulation].in_speeds == formulation:
+            sizes = self._sizes(formulation)
+            return float((sizes.excess + sizes.spread).max(initial=0.0))
         largest = float((self.forces.excess + self.forces.spread).max(initial=0.0))
         return largest * max(1.0, EQUATIONS["momenta"].largest_speed(self.run.scene.moving_chain))
 
@@ -150,11 +155,20 @@ class LoadsAlong:
 
         The variables are those of the equations of a formulation.
         """
-        chain = self.run.scene.moving_chain.convert(float)
+        chain, sizes = self._chain, self._sizes(formulation)
         x = EQUATIONS[formulation].from_speeds(chain, tuple(self.q), tuple(self.u))
         size = max(1.0, float(np.abs(np.concatenate([self.q, x])).max()))
-        sizes = self.forces.in_rates(chain, formulation, self.q)
         return (sizes.excess + sizes.spread).max(axis=0) / size, size
+
+    def _sizes(self, formulation: EquationsName) -> LoadSizes:
+        """Return the round-off of the rates of equations; those of the run solve for their own."""
+        if formulation == self.run.formulation:
+            return self.forces.in_rates(self._chain, formulation, self.q, self.u)
+        return self.forces.given(self._chain, formulation, self.q)
+
+    @property
+    def _chain(self) -> Chain:
+        return self.run.scene.moving_chain.convert(float)
 
 
 def _evenly(count: int, looks: int) -> Any:
