@@ -7,7 +7,7 @@ import pytest
 
 from tests.ensembles.cases import axis, ensemble
 from twolink.chain import Chain
-from twolink.effects import Gravity, JointTorque, PdControl
+from twolink.effects import Gravity, JointSpring, JointTorque, PdControl
 from twolink.ensembles.alone import round_off_of_loads, shares_round_off
 from twolink.ensembles.blocks import ROUNDING, Lanes
 from twolink.ensembles.chunk import rows_of
@@ -76,3 +76,74 @@ def test_the_phase_of_a_torque_is_rounded_independently_which_steps_can_carry():
     assert 20 * ROUNDING < independent.max() < 200 * ROUNDING
     assert shared.max() < 20 * ROUNDING
     assert round_off_of_loads(own, of_time=False)[1].max() < independent.max() / 5
+
+
+def test_loads_that_cancel_elsewhere_than_at_the_start_are_found():
+    """A spring and a control with opposite stiffnesses are both zero at the start."""
+    spring = JointSpring((1e9, 3.0), (0.3, -0.5))
+    control = PdControl((0.3, -0.5), (-1e9 + 1, 0.0), (0.0, 0.0))
+    own = lanes(Gravity(), spring, control, q1=(0.3, 0.3), q2=(-0.2, -0.2))
+    assert shares_round_off(own).tolist() == [True, True]
+    shared, _ = round_off_of_loads(own, of_time=False)
+    assert shared[0].min() > 1e8 * ROUNDING
+    alone, _ = round_off_of_loads(lanes(Gravity(), spring), of_time=False)
+    assert alone.max() < 100 * ROUNDING
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-10])
+def test_the_error_of_a_sweep_is_bounded_where_loads_cancel_after_the_start(accuracy):
+    spring, control = (
+        {"stiffness": [1e7, 3.0], "rest": [0.3, -0.5]},
+        {"target": [0.3, -0.5], "proportional": [-1e7 + 1, 0.0], "derivative": [0.0, 0.0]},
+    )
+    some = ensemble(
+        scene={
+            "chain": {"mass": [1.0, 1.0], "length": [1.0, 1.0]},
+            "start": {"q": [0.3, -0.2]},
+            "run": {"duration": 2.0, "accuracy": accuracy},
+            "effects": {"gravity": {"g": 9.81}, "joint_spring": spring, "pd_control": control},
+        },
+        axes=[axis("start.u.0", 1.0, 1.25)],
+        keep={"final": True},
+    )
+    rows = rows_of(some, 0, 2).arrays
+    effects = (
+        Gravity(9.81),
+        JointSpring((1e7, 3.0), (0.3, -0.5)),
+        PdControl((0.3, -0.5), (-1e7 + 1, 0.0), (0.0, 0.0)),
+    )
+    for place, u1 in enumerate((1.0, 1.25)):
+        scene = Scene(BARS, (0.3, -0.2), (u1, 0.0), 2.0, effects)
+        exact = taylor_run(scene, [0.0, 2.0], formulation="kane", precision="quadruple")
+        true = np.concatenate([exact.q, exact.u])[:, -1].astype(float)
+        kept = np.concatenate([rows["q"][place], rows["u"][place]])
+        assert np.abs(kept - true).max() <= rows["error"][place] <= accuracy
+
+
+@pytest.mark.parametrize(("mass", "duration"), [(1e-9, 0.01), (1e-8, 0.1), (1e-12, 1e-3)])
+def test_a_sweep_of_a_chain_with_a_light_first_link_ends(mass, duration):
+    """Rates that are computed in two ways differ by the round-off of a nearly singular matrix."""
+    some = ensemble(
+        scene={
+            "chain": {
+                "mass": [mass, 0.3], "length": [0.7, 1.1],
+                "centre": [[0.7, 0.0], [1.1, 0.0]], "inertia": [0.0, 0.0],
+            },
+            "start": {"q": [0.0, 0.0]},
+            "run": {"duration": duration, "accuracy": 1e-9},
+            "effects": {"gravity": {"g": 9.81}},
+        },
+        axes=[axis("start.u.0", 0.0, 0.3)],
+        keep={"final": True},
+    )  # fmt: skip
+    rows = rows_of(some, 0, 2).arrays
+    light = Chain.point_masses((mass, 0.3), (0.7, 1.1))
+    for place, u1 in enumerate((0.0, 0.3)):
+        scene = Scene(light, (0.0, 0.0), (u1, 0.0), duration, (Gravity(9.81),))
+        exact = taylor_run(
+            scene, [0.0, duration], formulation="momenta", precision="quadruple",
+            longest_step=duration / 200,
+        )  # fmt: skip
+        true = np.concatenate([exact.q, exact.u])[:, -1].astype(float)
+        kept = np.concatenate([rows["q"][place], rows["u"][place]])
+        assert np.abs(kept - true).max() <= rows["error"][place]

@@ -20,7 +20,7 @@ from twolink.ensembles.later_errors import LaterErrors
 from twolink.ensembles.speeds import Speeds, derivatives, truncation_within
 from twolink.errors import SimulationError
 from twolink.integration.outcomes import failed_lanes
-from twolink.simulation.smooth.equations import EQUATIONS
+from twolink.simulation.smooth.equations import EQUATIONS, sizes_of_momentum_rates
 from twolink.simulation.smooth.judging import MORE_ORDERS
 from twolink.simulation.smooth.longest_step import paces
 from twolink.simulation.smooth.moved_start import ACROSS, FORWARD, ROUNDINGS, Move, moved_start
@@ -233,7 +233,8 @@ def check_rates(lanes: Lanes, states: Array, compiled: Array, times: Any) -> Non
         )
         for place, rate in enumerate((*first, *second)):
             own[place] = rate
-        sizes = np.abs(own).max(axis=0) + np.abs(states).max(axis=0)
+        terms = sizes_of_momentum_rates(lanes.chain, states[:2], states[2:])
+        sizes = np.abs(own).max(axis=0) + np.abs(states).max(axis=0) + terms.max(axis=0)
         others = ~(np.abs(compiled - own) <= _SAME_RATES * sizes)
     # A motion that has diverged may have no rates.
     if (others & np.isfinite(sizes)).any():

@@ -18,7 +18,7 @@ from twolink.chain import Chain
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_torque import JointTorque
 from twolink.simulation.smooth import changes
-from twolink.simulation.smooth.changes import longest_for_loads
+from twolink.simulation.smooth.changes import longest_for_loads, poses_near
 
 BARS = Chain.uniform_bars()
 REST = (0.0, 0.0), (0.0, 0.0)
@@ -45,6 +45,15 @@ def test_smooth_loads_allow_steps_of_their_own_times():
     assert longest(Ripple(0.01)) > 1
     for frequency in (10.0, 300.0):
         assert 0.2 / frequency < longest(Ripple(frequency)) < 4 / frequency
+
+
+@pytest.mark.parametrize("lanes", [(), (3,)])
+def test_poses_near_a_start_begin_with_it(lanes):
+    start = np.full((2, *lanes), 0.25), np.full((2, *lanes), -1.0)
+    found = [np.array([*q, *u]) for q, u in poses_near(start)]
+    assert np.array_equal(found[0], np.concatenate(start))
+    assert all(each.shape == (4, *lanes) for each in found)
+    assert min(np.abs(each - found[0]).min() for each in found[1:]) > 0.1
 
 
 def test_loads_without_a_time_are_not_resolved_further():

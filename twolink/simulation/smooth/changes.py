@@ -112,12 +112,22 @@ def _pieces(
         yield begin, end, pieces_at(effects, begin)
 
 
+def poses_near(start: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield angles and speeds at which loads are looked at, the `start` first.
+
+    Each pair has the shape of that of the start, (2,) or (2, lanes).
+    """
+    q, u = (np.array(pair) for pair in start)
+    for angles, speeds in np.array(_AWAY):
+        yield tuple((q.T + angles).T), tuple((u.T + speeds).T)
+
+
 def _poses(start: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield angles and speeds at which loads are looked at.
+    """Yield the same as numbers that carry their round-off.
 
     Functions of floats would raise errors where those of NumPy return NaN.
     """
-    for (q1, q2), (u1, u2) in (np.array(start) + np.array(away) for away in _AWAY):
+    for (q1, q2), (u1, u2) in poses_near(start):
         yield (Sized(q1), Sized(q2)), (Sized(u1), Sized(u2))
 
 

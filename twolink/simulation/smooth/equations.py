@@ -249,6 +249,13 @@ def _in_all_poses(chain: Content) -> _Mass:
     return _sizes_of_mass(given.convert(float), (np.zeros_like(elbow), elbow))
 
 
+def sizes_of_momentum_rates(chain: Chain, q: Any, p: Any) -> Any:
+    """Return the sizes of all terms of dq/dt and dp/dt but those of loads, shape (4, n)."""
+    s1, s2 = _sizes_of_speeds(_sizes_of_mass(chain, q), np.abs(p))
+    slope = _by_elbow(chain) * s1 * s2
+    return np.array([s1, s2, slope, slope])
+
+
 def ahead_and_across(chain: Chain, q: Pair) -> Pair:
     """Return m2 L1 times the coordinates of C2 relative to B along and across link 1 (kg m²).
 
