@@ -5,7 +5,13 @@ import pickle
 
 import pytest
 
-from twolink.simulation.shortened import CheckedRun, UnseenError, shortened_run, unseen_change
+from twolink.simulation.shortened import (
+    CheckedRun,
+    RepeatError,
+    UnseenError,
+    shortened_run,
+    unseen_change,
+)
 
 
 def seeing_below(change, made):
@@ -25,6 +31,19 @@ def test_steps_are_shortened_until_they_see_a_change(change, steps):
     made = []
     assert shortened_run(1.0, 0.01, seeing_below(change, made)) == made[-1]
     assert made == pytest.approx(steps)
+
+
+def test_a_run_that_is_ended_is_repeated_with_shorter_steps():
+    made = []
+
+    def run(longest):
+        made.append(longest)
+        if longest > 0.1:
+            raise RepeatError(longest / 4)
+        return CheckedRun(longest, math.inf)
+
+    assert shortened_run(1.0, 0.01, run) == made[-1]
+    assert made == [1.0, 0.25, 0.0625]
 
 
 def test_a_change_that_a_step_of_the_same_length_sees_is_not_passed():

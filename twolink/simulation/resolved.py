@@ -34,6 +34,7 @@ def resolved_run(
 
     def made(longest: float) -> CheckedRun:
         residuals = None if has_events(scene) else residuals_of(scene, formulation)
+        look = None if residuals is None else residuals.until_passed(longest, shortest)
         run = motion_run(
             scene,
             times,
@@ -41,7 +42,7 @@ def resolved_run(
             precision=precision,
             order=order,
             longest_step=longest,
-            observe=residuals,
+            observe=look,
             progress=progress,
             limits=limits,
         )

@@ -24,6 +24,15 @@ class CheckedRun(NamedTuple):
     longest_step: float
 
 
+class RepeatError(Exception):
+    """A run is ended before its end, as it is to be repeated with shorter steps."""
+
+    def __init__(self, longest_step: float) -> None:
+        """Store the longest step (s) with which it is to be repeated."""
+        super().__init__(f"to be repeated with steps of {longest_step:.2g} s")
+        self.longest_step = longest_step
+
+
 class UnseenError(IntegrationError):
     """The steps of a run pass a change of the loads, however short they are made."""
 
@@ -48,11 +57,15 @@ def unseen_change(length: float) -> str:
 def shortened_run(longest: float, shortest: float, made: Callable[[float], CheckedRun]) -> Any:
     """Return the run with the longest steps (s) that pass no change of the loads.
 
-    `made` returns a run whose steps are no longer than a time (s). Raises `UnseenError` where steps
-    would be shorter than the `shortest` (s).
+    `made` returns a run whose steps are no longer than a time (s), or raises `RepeatError`. Raises
+    `UnseenError` where steps would be shorter than the `shortest` (s).
     """
     while True:
-        run, needed = made(longest)
+        try:
+            run, needed = made(longest)
+        except RepeatError as error:
+            longest = error.longest_step
+            continue
         if needed >= longest:
             return run
         if needed < shortest:

@@ -406,6 +406,8 @@ def test_own_effects_are_judged_by_two_runs():
     found = measured(WALL, 1e-5, np.linspace(0.0, 3.0, 21))
     assert found.worst <= 1e-5
     assert not any(isinstance(run, LaneRun) for run in found.runs)
+    # A run that has passed the wall unseen would take 1.6 million steps deep inside it.
+    assert max(run.steps for run in found.runs) < 2000
 
 
 def test_a_bundle_that_is_not_resolved_is_made_again():

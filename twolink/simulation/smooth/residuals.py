@@ -19,12 +19,12 @@ from twolink.integration.precisions import PRECISIONS
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
-from twolink.simulation.shortened import SHORTER_TO_RESOLVE
+from twolink.simulation.shortened import SHORTER_TO_RESOLVE, RepeatError
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.linear import scaled_polynomials
 from twolink.simulation.smooth.load_sizes import load_sizes
 from twolink.simulation.smooth.rates import rates_of
-from twolink.simulation.smooth.steps import Steps
+from twolink.simulation.smooth.steps import Observer, Steps
 
 NODES = (np.arange(64) + 0.5) / 64
 """The places on a step."""
@@ -77,6 +77,20 @@ class Residuals:
         if steps.starts[0] == 0:
             self.longest_step = math.inf
         self.look(scaled_polynomials(steps), steps.starts, steps.lengths.astype(float))
+
+    def until_passed(self, longest: float, shortest: float) -> Observer:
+        """Return an observer of a run with steps up to `longest` (s), which ends one that passes.
+
+        It raises `RepeatError` where the run is to be repeated, with steps that are not below the
+        `shortest` (s): beyond a change that it has not seen a run may take any number of steps.
+        """
+
+        def look(steps: Steps) -> None:
+            self(steps)
+            if shortest <= self.longest_step < longest:
+                raise RepeatError(self.longest_step)
+
+        return look
 
     def look(self, scaled: Array, starts: Array, lengths: Array) -> None:
         """Look at steps: polynomials of their shares, shape (n, 4, p + 1), starts and lengths (s).

@@ -186,8 +186,11 @@ class Runs:
                 go_on()
             report(share)
 
+        shortest = self.scene.duration / MOST_STEPS
+
         def made(longest: float) -> CheckedRun:
             self.longest_step = longest
+            look = None if residuals is None else residuals.until_passed(longest, shortest)
             found = taylor_run(
                 self.scene,
                 self.times,
@@ -198,13 +201,12 @@ class Runs:
                 visit=visit,
                 ahead=self.ahead,
                 progress=advance,
-                observe=_together(observe, residuals),
+                observe=_together(observe, look),
                 moved=moved,
             )
             self.made.append(found)
             return CheckedRun(found, math.inf if residuals is None else residuals.longest_step)
 
-        shortest = self.scene.duration / MOST_STEPS
         run: TaylorRun = shortened_run(self.longest_step, shortest, made)
         if precision == "double":
             self.visit = visited_by(run).ends
