@@ -22,6 +22,18 @@ class Frozen:
     hidden: object = field(default=None, compare=False)
 
 
+class Derived(Frozen):
+    """Not a data class of its own: it may have other attributes."""
+
+    def __init__(self, x, more):
+        super().__init__(x)
+        object.__setattr__(self, "more", more)
+
+
+class Same(Frozen):
+    """Not a data class of its own, with the same fields."""
+
+
 class Plain:
     pass
 
@@ -60,6 +72,13 @@ def test_mutable_objects_are_no_values(thing):
 )
 def test_different_values_have_different_content(one, other):
     assert content(one) != content(other)
+
+
+def test_an_object_with_attributes_that_are_no_fields_is_no_value():
+    assert not is_value(Derived(1.0, 2.0))
+    assert Content((Derived(1.0, 2.0),)) != Content((Derived(1.0, 3.0),))
+    assert is_value(Same(1.0))
+    assert content(Same(1.0)) != content(Frozen(1.0))
 
 
 def test_like_objects_share_a_key_if_they_are_values():

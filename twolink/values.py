@@ -66,11 +66,17 @@ def is_value(value: Any) -> bool:
 
 
 def _is_frozen(value: Any) -> bool:
-    """Return whether an object is of a frozen data class that sets its fields from arguments."""
+    """Return whether an object is of a frozen data class that sets its fields from arguments.
+
+    An object of a class that is only derived from one may have other attributes, and is none then.
+    """
     if not is_dataclass(value) or isinstance(value, type):
         return False
     parameters: Any = value.__dataclass_params__  # type: ignore[attr-defined]
-    return bool(parameters.frozen and parameters.init)
+    if not (parameters.frozen and parameters.init):
+        return False
+    is_own = "__dataclass_params__" in type(value).__dict__
+    return is_own or vars(value).keys() <= {f.name for f in fields(value)}
 
 
 class Own:

@@ -20,13 +20,12 @@ from twolink.chain import Chain
 from twolink.errors import SimulationError
 from twolink.loads import Loads
 from twolink.text import distinct_names
-from twolink.values import Kept
 
 if TYPE_CHECKING:
     from twolink.contact.elements import ContactElement
 
 
-class Effect(Kept, ABC):
+class Effect(ABC):
     """A source of loads on a chain. Numbers may be of any kind: see `twolink.arithmetic`."""
 
     @abstractmethod

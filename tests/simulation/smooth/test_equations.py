@@ -126,3 +126,16 @@ def test_the_sizes_of_rounded_speeds_are_bounded_in_all_poses(chain, name, rando
     bound = equations.largest_rounded_speed(chain, turns, fastest)
     assert seen < bound * (1 + 1e-12)
     assert bound < 30 * seen
+
+
+@pytest.mark.parametrize("across", [0.0, 0.05, -0.3])
+def test_the_inverse_of_a_mass_matrix_is_bounded_in_a_narrow_range_of_poses(across, random):
+    """Its determinant is least where the centre of link 2 is in line with link 1."""
+    chain = Chain((1e-8, 0.3), (0.7, 1.1), ((0.7, 0.0), (1.1, across)), (0.0, 0.0))
+    in_line = -math.atan2(across, 1.1)
+    seen = 0.0
+    for elbow in in_line + np.pi * np.arange(2):
+        inverse = np.linalg.inv(np.array(lagrange.mass_matrix(chain, (0.0, elbow)), float))
+        seen = max(seen, np.abs(inverse).sum(axis=1).max())
+    assert 0.8 * EQUATIONS["momenta"].largest_speed(chain) < seen
+    assert seen < EQUATIONS["momenta"].largest_speed(chain)

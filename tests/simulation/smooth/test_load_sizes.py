@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 import mpmath
 import numpy as np
@@ -10,13 +11,18 @@ import pytest
 from tests.simulation.smooth.test_measure import GENERAL, measured, true_errors
 from twolink.chain import Chain
 from twolink.effects import Effect
+from twolink.effects.end_drag import EndDrag
 from twolink.effects.end_force import EndForce
 from twolink.effects.gravity import Gravity
+from twolink.effects.joint_damping import JointDamping
+from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
-from twolink.loads import motor_loads
+from twolink.effects.pd_control import PdControl
+from twolink.loads import Force, Torque, motor_loads
 from twolink.scene import Scene
 from twolink.simulation.smooth.equations import EQUATIONS
 from twolink.simulation.smooth.load_sizes import force_sizes, load_sizes
+from twolink.simulation.smooth.sized import Sized, sized
 from twolink.simulation.smooth.taylor import taylor_run
 
 STATE = np.array([[0.3, 1.0], [-0.4, 2.0]]), np.array([[0.1, -1.0], [0.2, 0.7]]), np.zeros(2)
@@ -159,3 +165,83 @@ def test_constants_of_several_effects_that_cancel_move_a_chain_at_rest(
     found = measured(acting, accuracy, times, formulation=formulation)
     assert found.worst <= accuracy
     assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
+@dataclass(frozen=True)
+class Summed(Effect):
+    """A torque that is a sum of constants, in the numbers of the chain."""
+
+    parts: tuple[float, ...]
+
+    def loads(self, chain, q, u, t=0.0):
+        return motor_loads(sum(map(chain.scalar, self.parts)), 0.0)
+
+
+@dataclass(frozen=True)
+class Fixed(Effect):
+    """Loads that do not depend on the motion."""
+
+    own: tuple[object, ...]
+
+    def loads(self, chain, q, u, t=0.0):
+        return self.own
+
+
+@dataclass(frozen=True)
+class OfFloats(Effect):
+    """A torque by a formula that takes floats of the chain only."""
+
+    def loads(self, chain, q, u, t=0.0):
+        size = math.hypot(chain.L1, 1.0) if chain.L1 > 0 else 0.0
+        return motor_loads(size * q[0], 0.0)
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("parts", [(1e9, 0.1, -1e9), (1e6, 0.1, -1e6), (0.1, 0.2, -0.3)])
+def test_constants_that_cancel_within_an_effect_count_by_their_sizes(parts, accuracy):
+    acting = Scene(Chain.uniform_bars(), (0.3, 0.4), (0.0, 0.0), 2.0, (Gravity(), Summed(parts)))
+    times = np.linspace(0.0, 2.0, 21)
+    exact = taylor_run(acting, times, formulation="kane", precision="quadruple")
+    found = measured(acting, accuracy, times)
+    assert found.worst <= accuracy
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize(("size", "duration"), [(0.3, 8.0), (1e-3, 1e3), (1e-6, 1e6), (1e-9, 1e8)])
+def test_a_torque_that_is_zero_in_float64_alone_moves_a_chain_at_rest(size, duration, accuracy):
+    """All of the motion is round-off: there are no speeds whose rounding would exceed it."""
+    torque = JointTorque((-size * math.sin(0.7), 0.0), (size, 0.0), (0.0, 0.0), (0.7, 0.0))
+    acting = Scene(BALANCED, (0.0, 0.0), (0.0, 0.0), duration, (torque,))
+    times = np.linspace(0.0, duration, 5)
+    exact = taylor_run(acting, times, formulation="kane", precision="quadruple")
+    found = measured(acting, accuracy, times)
+    assert found.worst <= accuracy
+    assert np.all(true_errors(found.kept, exact) <= found.errors)
+
+
+def test_formulas_of_floats_and_fractions_have_sizes():
+    third = Fraction(1, 3)
+    for load in (Torque(1, third), Force(GENERAL.D, (third, 0))):
+        assert given("momenta", Fixed((load,))).errors.max() > 0.3
+    assert given("momenta", OfFloats()).errors[0].min() > 0
+
+
+BUILT_IN = [
+    Gravity(9.81, (0.6, 0.8)),
+    EndForce(-3.0),
+    EndDrag(0.3),
+    JointDamping((0.3, 0.2)),
+    JointSpring((3.0, 2.0), (0.1, 0.2)),
+    PdControl((1.0, 1.0), (40.0, 30.0), (4.0, 3.0)),
+    rising(5.0, 0.3),
+]
+
+
+@pytest.mark.parametrize("effect", BUILT_IN, ids=lambda effect: type(effect).__name__)
+def test_built_in_effects_are_formulas_for_numbers_with_sizes(effect):
+    angles, speeds = (tuple(map(Sized, pair)) for pair in STATE[:2])
+    chain = GENERAL.convert(sized)
+    for load in effect.smooth_loads(chain, angles, speeds, Sized(STATE[2])):
+        numbers = (load.moment,) if isinstance(load, Torque) else load.components
+        assert any(isinstance(number, Sized) for number in numbers)

@@ -242,11 +242,15 @@ def largest_mass(chain: Content) -> tuple[float, float]:
 def _in_all_poses(chain: Content) -> _Mass:
     """Return `_sizes_of_mass` in poses from each of which M changes little to the next.
 
-    M depends on the angle between the links.
+    M depends on the angle between the links. Its determinant may be least in a narrow range, where
+    the centre of link 2 is in line with link 1.
     """
     (given,) = chain.objects
-    elbow = np.linspace(0.0, 2 * math.pi, _POSES)
-    return _sizes_of_mass(given.convert(float), (np.zeros_like(elbow), elbow))
+    own = given.convert(float)
+    _, a, b = own.C2
+    in_line = -math.atan2(b, a) + math.pi * np.arange(2)
+    elbow = np.concatenate([np.linspace(0.0, 2 * math.pi, _POSES), in_line])
+    return _sizes_of_mass(own, (np.zeros_like(elbow), elbow))
 
 
 def sizes_of_momentum_rates(chain: Chain, q: Any, p: Any) -> Any:

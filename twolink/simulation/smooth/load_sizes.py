@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import functools
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from twolink.chain import Chain
 from twolink.effects import Effect, smooth_loads
-from twolink.loads import Force, Load, Torque
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array
 from twolink.simulation.smooth.equations import EQUATIONS, gathered_force
-from twolink.simulation.smooth.sized import Sized, constant, sized
+from twolink.simulation.smooth.sized import Sized, sized
+from twolink.values import Content
 
 
 class LoadSizes(NamedTuple):
@@ -73,18 +74,30 @@ def force_sizes(chain: Chain, effects: tuple[Effect, ...], q: Any, u: Any, t: An
     """
     angles, speeds = (Sized(q[0]), Sized(q[1])), (Sized(u[0]), Sized(u[1]))
     with np.errstate(all="ignore"):
-        loads = tuple(map(_rounded, smooth_loads(effects, chain, angles, speeds, Sized(t))))
+        try:
+            own = _in_sizes(chain)
+            loads = smooth_loads(effects, own, angles, speeds, Sized(t))
+        except (TypeError, AttributeError, ValueError):
+            # A formula of one's own may take floats of the chain only.
+            own, loads = chain, smooth_loads(effects, chain, angles, speeds, Sized(t))
         found = np.empty((3, 2, *np.shape(t)))
-        for place, force in enumerate(gathered_force(chain, angles, loads)):
+        for place, force in enumerate(gathered_force(own, angles, loads)):
             sizes = sized(force)
             found[0, place], found[1, place] = sizes.value, sizes.excess
             found[2, place] = sizes.spread
         return ForceSizes(*found)
 
 
-def _rounded(load: Load) -> Load:
-    """Return a load whose constants have a rounding: they may be products, as a weight is."""
-    if isinstance(load, Torque):
-        return Torque(load.link, constant(load.moment))
-    x, y = load.components
-    return Force(load.point, (constant(x), constant(y)))
+def _in_sizes(chain: Chain) -> Chain:
+    """Return a chain of numbers that carry their round-off: sums of constants may cancel as well.
+
+    That of float64 numbers is wanted many times.
+    """
+    key = Content((chain,))
+    return _kept(key) if key.is_value else chain.convert(sized)
+
+
+@functools.lru_cache(maxsize=64)
+def _kept(chain: Content) -> Chain:
+    (given,) = chain.objects
+    return cast("Chain", given.convert(sized))

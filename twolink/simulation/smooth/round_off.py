@@ -114,16 +114,16 @@ class LoadsAlong:
     def errors(self, run: VisitingRun, times: Array, grown: Array) -> Array:
         """Return the round-off (rad, rad/s) of terms of loads that cancel, up to each time (s).
 
-        It counts beyond a rounding of the state on each step, which is in other terms. It acts like
-        an acceleration, and grows like truncation errors of its size on each step. `grown` is the
-        error of a unit of truncation, which is relative to the state, or to 1 if that is larger.
+        It acts like an acceleration, beyond a rounding of the speeds on each step, which is in
+        other terms: a chain at rest has none. And it grows like truncation errors of its size on
+        each step, beyond a rounding of the state. `grown` is the error of a unit of truncation,
+        which is relative to the state, or to 1 if that is larger.
         """
         step = float(times[-1]) / run.steps
-        if step * self._most <= 1:
+        if step * self._most <= min(1.0, self._fastest):
             return np.zeros_like(times)
-        of_speeds, size = self._rates(EQUATIONS[run.formulation].in_speeds)
-        of_run, _ = self._rates(run.formulation)
-        beyond = np.maximum(step * of_speeds - 1.0, 0.0) * size / step
+        of_speeds, of_run = self._rates(EQUATIONS[run.formulation].in_speeds), self._of_state
+        beyond = np.maximum(step * of_speeds - self._fastest, 0.0) / step
         between = np.diff(self.times) * (beyond[1:] + beyond[:-1]) / 2
         moved = np.concatenate([[0.0], np.cumsum(between)])
         roundings = np.maximum.accumulate(np.maximum(step * of_run - 1.0, 0.0))
@@ -135,7 +135,7 @@ class LoadsAlong:
     def errors_at_most(self, run: VisitingRun, duration: float, grown: float) -> float:
         """Return a bound (rad, rad/s) on `errors` up to a duration (s), at once."""
         step = duration / run.steps
-        if step * self._most <= 1:
+        if step * self._most <= min(1.0, self._fastest):
             return 0.0
         moved, carried = duration * self._most, MOST_ROUND_OFF * grown * step * self._most
         return PRECISIONS[run.precision].rounding * (max(1.0, duration) * moved + carried)
@@ -150,15 +150,23 @@ class LoadsAlong:
         largest = float((self.forces.excess + self.forces.spread).max(initial=0.0))
         return largest * max(1.0, EQUATIONS["momenta"].largest_speed(self.run.scene.moving_chain))
 
-    def _rates(self, formulation: EquationsName) -> tuple[Array, float]:
-        """Return the roundings of the state per time (1/s), (n,), and its size, at least 1.
+    @cached_property
+    def _fastest(self) -> float:
+        """The largest speed (rad/s)."""
+        return float(np.abs(self.u).max())
 
-        The variables are those of the equations of a formulation.
-        """
-        chain, sizes = self._chain, self._sizes(formulation)
-        x = EQUATIONS[formulation].from_speeds(chain, tuple(self.q), tuple(self.u))
+    @property
+    def _of_state(self) -> Array:
+        """The roundings of the state of the run per time (1/s), shape (n,)."""
+        formulation = self.run.formulation
+        x = EQUATIONS[formulation].from_speeds(self._chain, tuple(self.q), tuple(self.u))
         size = max(1.0, float(np.abs(np.concatenate([self.q, x])).max()))
-        return (sizes.excess + sizes.spread).max(axis=0) / size, size
+        return np.asarray(self._rates(formulation) / size)
+
+    def _rates(self, formulation: EquationsName) -> Array:
+        """Return the sizes per time (1/s) whose rounding is that of rates by loads, shape (n,)."""
+        sizes = self._sizes(formulation)
+        return np.asarray((sizes.excess + sizes.spread).max(axis=0))
 
     def _sizes(self, formulation: EquationsName) -> LoadSizes:
         """Return the round-off of the rates of equations; those of the run solve for their own."""

@@ -106,6 +106,9 @@ class Sized:
 
     __radd__, __rmul__ = __add__, __mul__
 
+    # Formulas that decide by a number are not evaluated on these.
+    __bool__ = None
+
     def _mapped(self, function: Any, slope: Any, of_argument: bool = False) -> Sized:
         """Return a function of the values, by its slope.
 
@@ -153,13 +156,6 @@ def sized(number: Any) -> Sized:
         return Sized(number)
     value = float(number)
     return Sized(value) if value == number else Sized(value, abs(value), exact=False)
-
-
-def constant(number: Any) -> Sized:
-    """Return a number of a formula; one without a size has a rounding, unless it is zero."""
-    if isinstance(number, Sized) or (isinstance(number, float) and number == 0):
-        return sized(number)
-    return Sized(number, exact=False)
 
 
 def sin(x: Sized) -> Sized:
