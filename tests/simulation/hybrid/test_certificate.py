@@ -242,7 +242,8 @@ def test_a_speed_of_rounding_that_grows_later_in_an_arc_is_monitored_from_there(
 
 def test_a_speed_of_rounding_that_grows_the_other_way_is_an_event():
     found, _ = first(STOPS, (0, 1e-18), (1e-18, -1e-6), (-5e-7, -1e-6), lengths=(0.5,) * 3)
-    assert (found.place, found.x) == (2, 0)
+    assert (found.place, found.x) == (1, pytest.approx(0.0, abs=1e-4))
+    assert found.x > 0
 
 
 def test_a_speed_that_stays_rounding_is_no_event():
@@ -280,11 +281,12 @@ def test_a_slide_takes_its_time_to_come_to_rest_however_slow_it_is():
 
 @pytest.mark.parametrize("touching", [frozenset(), frozenset({0})])
 def test_a_gap_that_is_zero_on_a_first_short_step_is_watched_from_there(touching):
-    """On the first step it falls by less than round-off, and on the second one by more."""
+    """On the first step it falls by less than round-off, and early on the second one by more."""
     state = state_of(SYSTEM, (-0.3, 0.2))._replace(touching=touching)
     steps, lengths = ((0, -1e-16), (-1e-16, -1e-7), (-1e-7, -1e-3)), (0.5, 0.5, 0.5)
     found, _ = first(HITS, *steps, lengths=lengths, state=state)
-    assert (found.place, found.trigger) == (2, HITS)
+    assert (found.place, found.trigger) == (1, HITS)
+    assert 0 < found.x < 1e-3
 
 
 def test_a_contact_that_has_departed_stays_apart_in_later_blocks():

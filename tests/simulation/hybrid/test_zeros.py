@@ -10,12 +10,13 @@ from twolink.simulation.hybrid.zeros import Zeros
 SIZE = 1e-12
 TOUCHING = state_of(SYSTEM, (-0.3, 0.2))._replace(touching=frozenset({0}))
 NOTHING, REST, RISES, FALLS = (0.0, 0.0), (1e-17, -1e-18), (1e-17, 1e-6), (1e-17, -1e-6)
+DIPS, SINKS = (1e-17, -1e-6, 2e-6), (0.0, -SIZE / 2, 0.0)
 NEVER = 99, 0.0
 
 
 def block_of(*steps):
-    """Return the polynomials of one event function on some steps: c_0 + c_1 x."""
-    return np.array(steps)[:, None]
+    """Return the polynomials of one event function on some steps: c_0 + c_1 x + c_2 x²."""
+    return np.array([[*own, 0.0][:3] for own in steps])[:, None]
 
 
 def zeros_of(*steps, trigger=HITS, state=TOUCHING):
@@ -27,13 +28,42 @@ def zeros_of(*steps, trigger=HITS, state=TOUCHING):
 
 @pytest.mark.parametrize(
     ("steps", "count"),
-    [((NOTHING, REST), 2), ((RISES, REST), 1), ((REST, FALLS, REST), 2), ((REST, REST, RISES), 3)],
+    [((NOTHING, REST), 2), ((RISES, REST), 1), ((REST, REST, RISES), 3)],
 )
 def test_a_function_is_zero_up_to_the_step_at_whose_end_it_is_not(steps, count):
     zeros, found = zeros_of(*steps)
     assert found == {0: count}
-    left = {0: 1} if count == len(steps) and steps[-1] not in (RISES, FALLS) else {}
+    left = {0: 1} if count == len(steps) and steps[-1] is not RISES else {}
     assert zeros.steps(block_of(REST)) == left
+    assert zeros.fallen is None
+
+
+def test_a_function_that_falls_is_an_event_where_it_leaves_round_off():
+    """At the end of its step it would come late, and the same for every run of such steps."""
+    zeros, _ = zeros_of(REST, FALLS, REST)
+    place, x, number = zeros.fallen
+    assert (place, number) == (1, 0)
+    assert x == pytest.approx(SIZE / 1e-6, rel=1e-3)
+    zeros.steps(block_of(REST))
+    assert zeros.fallen is None
+
+
+def test_a_function_that_falls_and_rises_on_one_step_is_an_event():
+    zeros, _ = zeros_of(REST, DIPS)
+    assert zeros.fallen[:2] == (1, pytest.approx(SIZE / 1e-6, rel=1e-3))
+    at_once, _ = zeros_of((-2 * SIZE, 1e-6))
+    assert at_once.fallen == (0, 0.0, 0)
+
+
+def test_the_lowest_value_of_a_function_is_known_as_long_as_it_is_zero():
+    zeros, _ = zeros_of(REST, SINKS, REST)
+    assert zeros.lowest(1) == {0: pytest.approx(0.0, abs=1e-17)}
+    assert zeros.lowest(2)[0] == pytest.approx(-SIZE / 2)
+    zeros.steps(block_of(REST, FALLS))
+    assert zeros.lowest(1)[0] == pytest.approx(-SIZE / 2)
+    assert zeros.lowest(2)[0] == -SIZE
+    risen, _ = zeros_of(RISES, FALLS)
+    assert risen.lowest(2)[0] == 0.0
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,15 @@ from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.state import HybridState
 
+_NOTHING: Mapping[Trigger, float] = MappingProxyType({})
+
 
 class Arc(NamedTuple):
     """The motion in one mode between two jumps: its ends, its steps, and the event that ended it.
 
     `event` is None if the arc ends at the requested time. Round-off may move a flat event by the
-    time `spread` (s). The last step is truncated at the end of the arc.
+    time `spread` (s). The last step is truncated at the end of the arc. Forces (N or N m) that are
+    zero within round-off since the start are not below their `lowest` values.
     """
 
     mode: Mode
@@ -28,6 +31,7 @@ class Arc(NamedTuple):
     compiled: CompiledMode
     compile_seconds: float
     spread: float = 0.0
+    lowest: Mapping[Trigger, float] = _NOTHING
 
     @property
     def step_count(self) -> int:

@@ -19,6 +19,7 @@ from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders
 from twolink.simulation.hybrid.doubts import StepOfArc, doubt_of, near_to_zero, with_dip
+from twolink.simulation.hybrid.event_functions import OF_FORCE
 from twolink.simulation.hybrid.event_polynomials import EventPolynomials
 from twolink.simulation.hybrid.mode import Doubt, Mode, Trigger
 from twolink.simulation.hybrid.polishing import horner, lowest
@@ -110,6 +111,7 @@ class Certificate:
         doubts: list[Doubt] = []
         suspects = self._suspects(block, at_start) if self._triggers else ()
         earliest = self._earliest(block, suspects, doubts) if suspects else None
+        earliest = self._first_of_zeros(earliest)
         if self._compiled.clock is not None:
             clock, whole = self._compiled.clock, self._system.number(1)
             earliest = _end_by_clock(block, clock, self._span, earliest, whole) or earliest
@@ -118,6 +120,32 @@ class Certificate:
     def departed(self, found: Finding | None) -> frozenset[int]:
         """Return the contacts without a force that have left by an event, or so far."""
         return self._zeros.departed(*(_NEVER if found is None else (found.place, found.x)))
+
+    def lowest(self, found: Finding | None) -> dict[Trigger, float]:
+        """Return bounds from below on forces that are zero at the start, until an event or so far.
+
+        They hold (N or N m) as long as the forces are zero.
+        """
+        every = self._zeros.lowest(sys.maxsize if found is None else found.place + 1)
+        lowest = {self._triggers[number]: value for number, value in every.items() if value < 0}
+        return {
+            trigger: value / self._system.scales.force(trigger.index)
+            for trigger, value in lowest.items()
+            if trigger.kind in OF_FORCE and self._is_law(trigger)
+        }
+
+    def _is_law(self, trigger: Trigger) -> bool:
+        """Return whether an event function of a force is that of a law, not of a pressed depth."""
+        return trigger.kind is EventKind.BREAKS or self._system.elements[trigger.index].rigid
+
+    def _first_of_zeros(self, earliest: Finding | None) -> Finding | None:
+        """Return the first event, which may be that of a function that falls from zero."""
+        fallen = self._zeros.fallen
+        if fallen is None:
+            return earliest
+        if earliest is not None and (earliest.place, earliest.x) < (fallen.place, fallen.x):
+            return earliest
+        return Finding(fallen.place, fallen.x, self._triggers[fallen.number])
 
     def _suspects(self, block: Block, at_start: bool) -> list[_Suspect]:
         """Return the event functions that may be near to zero, in the order of the steps.

@@ -100,12 +100,14 @@ def _followed(
             trigger = None if found is None else found.trigger
             until, departed = None if trigger else course.until, certificate.departed(found)
             arc = _ended(course, blocks, doubts, trigger, until, departed)
-            return arc if found is None or not found.spread else arc._replace(spread=found.spread)
+            spread = 0.0 if found is None else found.spread
+            return arc._replace(spread=spread, lowest=certificate.lowest(found))
         taken += len(block.lengths)
         if not failure and taken > tolerances.MANY_STEPS:
             failure = _endless(course, block)
         if failure:
-            return _failed(course, blocks, doubts, failure, certificate.departed(None))
+            arc = _failed(course, blocks, doubts, failure, certificate.departed(None))
+            return arc._replace(lowest=certificate.lowest(None))
         longest = system.cap
         size += block.coefficients.nbytes
         progress(float(now(course)), size)
