@@ -149,7 +149,7 @@ ROWS = {
         "edge_of_dent effort end_of_arc no_motion steps_of_arc unseen",
         "painleve",
         "dense flow reactions select",
-        "doubts_of_jump",
+        "doubts_of_jump doubts_of_zeros",
         "ends_of_events jump replayed_order start",
         "doubts_of_start event_order",
         "history",

@@ -95,8 +95,8 @@ class Derivatives:
             if sign > 0:
                 found[_trigger(condition)] = _EVENTS[condition.law][1] + order
             elif condition.law in (Law.PUSHES, Law.WITHIN_LIMIT, Law.SEPARATES):
-                noise = self._problem.noise
-                found[_trigger(condition)] = noise.zero(condition, candidate.solution.du, value)
+                noise, q = self._problem.noise, self._problem.state.q
+                found[_trigger(condition)] = noise.zero(condition, q, candidate.solution.du, value)
         return found
 
     def _noise_of(self, condition: Condition, candidate: Candidate) -> float:

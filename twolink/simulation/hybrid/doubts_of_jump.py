@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from twolink.arithmetic import Pair
-from twolink.contact.states import ContactState, EventKind, slipping
-from twolink.integration.precisions import PRECISIONS
+from twolink.contact.states import EventKind, slipping
 from twolink.simulation.hybrid.arc import Arc
 from twolink.simulation.hybrid.collision import sliding_after
-from twolink.simulation.hybrid.complementarity import States, is_solvable, problem_at
+from twolink.simulation.hybrid.complementarity import States, problem_at
 from twolink.simulation.hybrid.dynamics import solve
 from twolink.simulation.hybrid.impact import largest, speed_along
-from twolink.simulation.hybrid.leaving import leaving
 from twolink.simulation.hybrid.mode import (
     Doubt,
     Mode,
     Trigger,
     doubt_of_change,
-    doubt_of_rate,
 )
 from twolink.simulation.hybrid.mode_at import solution_at
-from twolink.simulation.hybrid.noise import Zero, known_at
+from twolink.simulation.hybrid.noise import known_at
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import Selection, select
-from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
 from twolink.simulation.hybrid.tolerances import UNDECIDED
-
-*_, _LONGEST = PRECISIONS
 
 
 def of_zeroed_speeds(
@@ -64,66 +58,6 @@ def of_early_mode(state: HybridState, selection: Selection) -> tuple[Doubt, ...]
     if early is None or not early.change:
         return ()
     return (doubt_of_change(float(state.t), early.trigger, early.change),)
-
-
-def of_limits(
-    system: HybridSystem, state: HybridState, pose: Pose, selection: Selection
-) -> tuple[Doubt, ...]:
-    """Return the doubts on laws that hold within round-off only, as that of an element that sticks.
-
-    Where kinetic friction is smaller, an element that slips instead moves at once, however little
-    the limit is exceeded. Otherwise a force that contradicts a law moves the chain slowly. The
-    longest precision decides all that float64 numbers may give, except within their own rounding at
-    a start, which leaves out an acceleration.
-    """
-    now, longest = float(state.t), system.precision == _LONGEST
-    found: list[Doubt] = []
-    violated: list[Trigger] = []
-    for trigger, known in selection.orders.items():
-        if not isinstance(known, Zero):
-            continue
-        moves = trigger.kind is EventKind.BREAKS and system.elements[trigger.index].hysteretic
-        if (moves or not known.is_rounding) and not longest:
-            found.append(doubt_of_change(now, trigger, math.inf))
-        elif known.violated and not moves:
-            violated.append(trigger)
-    # Each of these elements may obey its law alone, or all of them at once.
-    together = [[trigger] for trigger in violated] + ([violated] if len(violated) > 1 else [])
-    for triggers in together:
-        found += _of_left_out(system, state, pose, selection.states, triggers)
-    return tuple(found)
-
-
-def _of_left_out(
-    system: HybridSystem,
-    state: HybridState,
-    pose: Pose,
-    states: States,
-    violated: Sequence[Trigger],
-) -> list[Doubt]:
-    """Return the doubt on the acceleration of the mode in which elements obey violated laws."""
-    others = states
-    for trigger in violated:
-        others = put(others, trigger.index, _obeying(system, state, trigger))
-    problem = problem_at(system, state, pose, tuple((own,) for own in others))
-    if not is_solvable(problem, others):
-        # Others hold it: no motion is left out.
-        return []
-    elements = system.elements
-    du, dv = (solve(problem.equations, elements, own).du for own in (states, others))
-    rate = float(largest((dv[0] - du[0], dv[1] - du[1])))
-    if not rate:
-        return []
-    return [doubt_of_rate(float(state.t), violated[0], rate, leaving(system, state, others))]
-
-
-def _obeying(system: HybridSystem, state: HybridState, trigger: Trigger) -> ContactState:
-    """Return the state in which an element obeys the law of an event, instead of its own one."""
-    if trigger.kind is EventKind.BREAKS:
-        return slipping(trigger.sense)
-    if trigger.kind is EventKind.LEAVES:
-        return ContactState.OPEN
-    return system.options(state.touching, state.sliding)[trigger.index][0]
 
 
 def of_slides_at_start(

@@ -20,6 +20,7 @@ from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.doubts import undecided_at
 from twolink.simulation.hybrid.doubts_of_jump import of_flat_event
 from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
+from twolink.simulation.hybrid.doubts_of_zeros import of_arc
 from twolink.simulation.hybrid.edge_of_dent import doubts_with_rise
 from twolink.simulation.hybrid.effort import Effort, Work
 from twolink.simulation.hybrid.event_order import doubts_on_order
@@ -116,7 +117,7 @@ class History:
             )  # fmt: skip
             advanced = arc.end.t > self.state.t
             self.state, share = arc.end, float(arc.end.t) / float(self.end)
-            undecided = self._add(arc, following.delay)
+            undecided = self._add(arc, following)
             at_once = 0 if advanced else at_once + 1
             if at_once > tolerances.MOST_JUMPS_AT_ONCE:
                 modes = f"{arc.mode}, then {_event_of(arc)}"
@@ -131,17 +132,18 @@ class History:
             following = self._jump(arc, until)
             self._keep(following)
 
-    def _add(self, arc: Arc, delay: float) -> Sequence[Doubt]:
-        """Add an arc whose mode begins after a delay (s), and its doubts.
+    def _add(self, arc: Arc, following: Jump) -> Sequence[Doubt]:
+        """Add the arc that follows a jump, and its doubts.
 
         Those are returned that last until its end.
         """
         self.arcs.append(arc)
         self._last_arcs[arc.compiled] = arc
         self.compile_seconds += arc.compile_seconds
-        self.since.append(float(arc.start.t) + delay)
+        self.since.append(float(arc.start.t) + following.delay)
         if self._watches and self.unseen is None:
             self.unseen = passed_change(self.system, arc)
+        self.doubts += of_arc(self.system, arc, following.orders)
         if not arc.doubts:
             return ()
         doubts = doubts_with_rise(self.system, arc)

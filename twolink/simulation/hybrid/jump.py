@@ -26,10 +26,10 @@ from twolink.simulation.hybrid.collision import (
 from twolink.simulation.hybrid.complementarity import NO_ORDERS, Orders, States
 from twolink.simulation.hybrid.doubts_of_jump import (
     of_early_mode,
-    of_limits,
     of_slides_at_start,
     of_zeroed_speeds,
 )
+from twolink.simulation.hybrid.doubts_of_zeros import of_selection
 from twolink.simulation.hybrid.dynamics import is_fixed
 from twolink.simulation.hybrid.impact import Strike, largest, speed_along
 from twolink.simulation.hybrid.mode import Doubt, Mode, Remark, Trigger
@@ -182,7 +182,7 @@ def _settled(
     tidied = _tidied(system, state, mode, selection.orders)
     doubts = so_far.doubts + of_early_mode(state, selection)
     if selection.orders:
-        doubts += of_limits(system, state, pose, selection)
+        doubts += of_selection(system, state, pose, selection)
     if so_far.strikes:
         doubts += of_slides_at_start(system, state, pose, fastest, selection)
     return Jump(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from twolink.arithmetic import Pair, Scalar
 from twolink.integration.precisions import PRECISIONS
-from twolink.loads import Torque
+from twolink.loads import Force, Load, Loads, Torque
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.conditions import Condition, Law, along
 from twolink.simulation.hybrid.constraint import cramer
@@ -23,13 +23,26 @@ class Zero(NamedTuple):
     """A value that is zero within its round-off of this `size`, with its derivatives.
 
     It is a force (N or N m), or the acceleration along a gap (rad/s² or m/s²). As it is computed it
-    may contradict its law: then it is `violated`. That `is_rounding` if it is no more than the
-    round-off of the numbers in their precision or of a start.
+    has a `value`, which contradicts its law if it is negative, with a `rounding` by the forces that
+    act along it, and an `error` by that of the state as well. A violation `is_rounding` if it is no
+    more than the round-off of the numbers in their precision or of a start.
     """
 
     size: float
-    violated: bool = False
+    value: float = 0.0
+    error: float = 0.0
+    rounding: float = 0.0
     is_rounding: bool = True
+
+    @property
+    def excess(self) -> float:
+        """The largest violation of its law, 0 if the value is certain to obey it."""
+        return max(self.error - self.value, 0.0)
+
+    @property
+    def obeys(self) -> bool:
+        """Whether the value is certain to obey its law, or is zero by all digits of its numbers."""
+        return self.value > self.error or abs(self.value) <= self.rounding
 
 
 class Noise:
@@ -47,6 +60,8 @@ class Noise:
         self._unsure = max(tolerances.UNDECIDED * system.scales.resolution, given)
         self._rounding = max(tolerances.ROUNDED_VALUE * system.scales.resolution, given)
         self._forces = _size_of_forces(equations, inertia, system.scene_chain.L1, u)
+        # A start is exact.
+        self._of_state = system.scales.resolution if t else system.rounding
         self._inertia = inertia[0] + inertia[1], inertia[1] + inertia[2]
         self._turning = size_of(u) * size_of(u)
         self._gains: dict[Condition, float] = {}
@@ -60,13 +75,39 @@ class Noise:
             return self._of_acceleration(gain, du)
         return gain if math.isinf(gain) else self._unsure * self._forces_at(du) * gain
 
-    def zero(self, condition: Condition, du: Pair, value: float) -> Zero:
-        """Return a condition that is zero within its round-off at du (rad/s²).
+    def zero(self, condition: Condition, q: Pair, du: Pair, value: float) -> Zero:
+        """Return a condition that is zero within its round-off at q (rad) and du (rad/s²).
 
         As it is computed it has a value, which contradicts the law if it is negative.
         """
         size = self.of(condition, du)
-        return Zero(size, value < 0, -value * self._unsure <= size * self._rounding)
+        is_rounding = -value * self._unsure <= size * self._rounding
+        acting = tolerances.ROUNDED_VALUE * self._acting_along(condition, q, du)
+        return Zero(
+            size, value, self._of_state * acting, self._system.rounding * acting, is_rounding
+        )
+
+    def _acting_along(self, condition: Condition, q: Pair, du: Pair) -> float:
+        """Return the sum of the sizes of all terms of the value of a condition, at q and du.
+
+        It is zero where none acts along the condition.
+        """
+        gain = self._gain(condition)
+        if math.isinf(gain):
+            return 0.0
+        found = self._acting(q, du) * gain
+        is_force = condition.law not in (Law.SEPARATES, Law.ACCELERATES)
+        return found if is_force else found + self._own_acceleration(du)
+
+    def _acting(self, q: Pair, du: Pair) -> float:
+        """Return the sum of the sizes (N m) of all forces at q (rad) and du (rad/s²)."""
+        system, equations = self._system, self._equations
+        active = system.formulation.generalized_active_force
+        parts = (part for load in equations.loads for part in _parts(load))
+        given = sum(size_of(active(system.chain, q, (part,))) for part in parts)
+        one, two = self._inertia
+        first, second = (abs(float(own)) + self._turning for own in du)
+        return given + one * first + two * second + _size_of_pushes(equations)
 
     def along(self, row: Pair, du: Pair) -> float:
         """Return the round-off of the acceleration along a row at du (rad/s²)."""
@@ -83,9 +124,11 @@ class Noise:
         return size_of(cramer(self._equations.M, row, self._equations.det))
 
     def _of_acceleration(self, response: float, du: Pair) -> float:
-        chain = self._system.scene_chain
-        own = float(chain.L1 + chain.L2) * (size_of(du) + self._turning)
-        return self._unsure * (self._forces_at(du) * response + own)
+        return self._unsure * (self._forces_at(du) * response + self._own_acceleration(du))
+
+    def _own_acceleration(self, du: Pair) -> float:
+        """Return the size (m/s²) of accelerations of points at du (rad/s²)."""
+        return self._system.scales.lever * (size_of(du) + self._turning)
 
     def _forces_at(self, du: Pair) -> float:
         """Return the size (N m) of all forces at du (rad/s²), those of inertia included."""
@@ -111,10 +154,24 @@ def _size_of_forces(
             point, force = load.point, size_of(load.components)
             reach = abs(float(point.along)) + abs(float(point.across))
             size += force * (reach + (float(length) if point.link == 2 else 0.0))
-    for terms in equations.terms:
-        if terms is not None and terms.normal is not None:
-            size += abs(float(terms.push)) * size_of(terms.normal.row)
-    return size
+    return size + _size_of_pushes(equations)
+
+
+def _size_of_pushes(equations: LocalEquations) -> float:
+    """Return the sum of the generalized forces (N m) of pressed surfaces."""
+    return sum(
+        abs(float(terms.push)) * size_of(terms.normal.row)
+        for terms in equations.terms
+        if terms is not None and terms.normal is not None
+    )
+
+
+def _parts(load: Load) -> Loads:
+    """Return the loads along x and y whose sum is a load: their moments may cancel."""
+    if isinstance(load, Torque):
+        return (load,)
+    x, y = load.components
+    return Force(load.point, (x, 0 * y)), Force(load.point, (0 * x, y))
 
 
 def known_at(t: Scalar, rounding: float) -> float:

@@ -38,7 +38,8 @@ ROUNDED_PLACE = 8
 UNDECIDED = 2.0**20
 
 # Roundings of the sum of all forces that the value of a law may have as it is computed. One that
-# contradicts the law by more is decided in a longer precision. Read by noise.
+# contradicts the law by more is decided in a longer precision, and one that does not exceed those
+# of the forces that act may contradict it. Read by noise.
 ROUNDED_VALUE = 64
 
 # Change of an angle (rad) and of a speed (rad/s) for derivatives of accelerations. Read by leaving.

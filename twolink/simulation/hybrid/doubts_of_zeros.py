@@ -1,0 +1,181 @@
+"""Doubts on laws that hold within round-off only, at the start of an arc and along it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from twolink.arithmetic import Pair
+from twolink.contact.states import ContactState, EventKind, slipping
+from twolink.integration.precisions import PRECISIONS
+from twolink.simulation.hybrid.arc import Arc
+from twolink.simulation.hybrid.complementarity import (
+    Orders,
+    Problem,
+    States,
+    is_solvable,
+    problem_at,
+)
+from twolink.simulation.hybrid.conditions import Condition, Law
+from twolink.simulation.hybrid.dynamics import Share, accelerated, shares_of, solve
+from twolink.simulation.hybrid.leaving import leaving
+from twolink.simulation.hybrid.mode import Doubt, Trigger, doubt_of_change, doubt_of_rate
+from twolink.simulation.hybrid.noise import Zero, size_of
+from twolink.simulation.hybrid.pose import Pose
+from twolink.simulation.hybrid.select import Selection
+from twolink.simulation.hybrid.state import HybridState, put
+from twolink.simulation.hybrid.system import HybridSystem
+
+*_, _LONGEST = PRECISIONS
+
+_LAWS = {EventKind.LEAVES: Law.PUSHES, EventKind.BREAKS: Law.WITHIN_LIMIT}
+
+
+def of_selection(
+    system: HybridSystem, state: HybridState, pose: Pose, selection: Selection
+) -> tuple[Doubt, ...]:
+    """Return the doubts on laws that hold within round-off only in the mode of a selection."""
+    zeros = {
+        trigger: known for trigger, known in selection.orders.items() if isinstance(known, Zero)
+    }
+    return _of_zeros(system, state, pose, selection.states, zeros) if zeros else ()
+
+
+def of_arc(system: HybridSystem, arc: Arc, orders: Orders) -> tuple[Doubt, ...]:
+    """Return the doubts on laws that are violated within round-off along an arc.
+
+    Such a force is zero since the start of the arc, and a load that grows slowly may exceed it at
+    any time from there on. `orders` are those of the selection there, on whose laws it has doubts.
+    """
+    known = {trigger: own for trigger, own in orders.items() if isinstance(own, Zero)}
+    lower = {
+        trigger: value
+        for trigger, value in arc.lowest.items()
+        if trigger not in known or value < known[trigger].value
+    }
+    if not lower:
+        return ()
+    state, states = arc.start, arc.mode.states
+    pose = system.pose(state.q)
+    problem = _problem(system, state, pose, states)
+    du = solve(problem.equations, system.elements, states).du
+    for trigger, value in lower.items():
+        condition = Condition(_LAWS[trigger.kind], trigger.index, trigger.sense)
+        known[trigger] = problem.noise.zero(condition, state.q, du, value)
+    return _of_zeros(system, state, pose, states, known)
+
+
+def _of_zeros(
+    system: HybridSystem,
+    state: HybridState,
+    pose: Pose,
+    states: States,
+    zeros: Mapping[Trigger, Zero],
+) -> tuple[Doubt, ...]:
+    """Return the doubts on laws of a mode from a state on that hold within round-off only.
+
+    Where kinetic friction is smaller, an element that slips instead moves at once, however little
+    the limit is exceeded: only the longest precision shows that it is not. Otherwise a force that
+    contradicts a law moves the chain slowly. The longest precision decides all that float64 numbers
+    may give, except within their own rounding at a start, which leaves out an acceleration.
+    """
+    now = float(state.t)
+    found: list[Doubt] = []
+    excess: dict[Trigger, float] = {}
+    for trigger, known in zeros.items():
+        if not _is_decided(system, trigger, known):
+            found.append(doubt_of_change(now, trigger, math.inf))
+        elif known.excess and not _moves_at_once(system, trigger):
+            excess[trigger] = known.excess
+    # Each of these elements may obey its law alone, or all of them at once.
+    together = [[trigger] for trigger in excess] + ([[*excess]] if len(excess) > 1 else [])
+    for triggers in together:
+        violated = {trigger: excess[trigger] for trigger in triggers}
+        found += _of_left_out(system, state, pose, states, violated)
+    return tuple(found)
+
+
+def _is_decided(system: HybridSystem, trigger: Trigger, known: Zero) -> bool:
+    """Return whether no longer precision could decide otherwise on a law, but for a slow motion."""
+    longest = system.precision == _LONGEST
+    if _moves_at_once(system, trigger):
+        return longest and known.obeys
+    return longest or known.is_rounding
+
+
+def _moves_at_once(system: HybridSystem, trigger: Trigger) -> bool:
+    """Return whether the force of an element falls as its law is violated."""
+    return trigger.kind is EventKind.BREAKS and system.elements[trigger.index].hysteretic
+
+
+def _of_left_out(
+    system: HybridSystem,
+    state: HybridState,
+    pose: Pose,
+    states: States,
+    violated: Mapping[Trigger, float],
+) -> list[Doubt]:
+    """Return the doubt on the acceleration of the mode in which elements obey violated laws.
+
+    These are violated by forces (N or N m) or accelerations (rad/s² or m/s²).
+    """
+    others = states
+    for trigger in violated:
+        others = put(others, trigger.index, _obeying(system, state, trigger))
+    problem = _problem(system, state, pose, others)
+    if not is_solvable(problem, others):
+        # Others hold it: no motion is left out.
+        return []
+    left = [
+        (excess, _response(problem, states, others, trigger))
+        for trigger, excess in violated.items()
+    ]
+    rate = size_of((sum(x * a for x, (a, _) in left), sum(x * b for x, (_, b) in left)))
+    if not rate:
+        return []
+    return [
+        doubt_of_rate(float(state.t), next(iter(violated)), rate, leaving(system, state, others))
+    ]
+
+
+def _problem(system: HybridSystem, state: HybridState, pose: Pose, states: States) -> Problem:
+    return problem_at(system, state, pose, tuple((own,) for own in states))
+
+
+def _response(problem: Problem, states: States, others: States, trigger: Trigger) -> Pair:
+    """Return the accelerations (rad/s²) in other states by a unit of the violation of a law.
+
+    They are those without the force that an element has in its own state beyond its law, or by the
+    acceleration along its normal that it gets in the other one.
+    """
+    elements, index = problem.system.elements, trigger.index
+    terms = problem.equations.terms[index]
+    assert terms is not None
+    shares = [
+        Share(tuple(own._replace(bias=0 * own.bias) for own in share.constraints), ())
+        for share in shares_of(problem.equations, elements, others)
+    ]
+    if trigger.kind is EventKind.HITS:
+        first, *rest = shares[index].constraints
+        shares[index] = Share((first._replace(bias=0 * first.bias - 1), *rest), ())
+        return _accelerations(problem, (0 * first.bias, 0 * first.bias), shares)
+    # The last constraint of an element that sticks is that along its tangent.
+    place = -1 if trigger.kind is EventKind.BREAKS else 0
+    x, y = elements[index].constraints(states[index], terms)[place].force
+    sense = trigger.sense or 1
+    return _accelerations(problem, (sense * x, sense * y), shares)
+
+
+def _accelerations(problem: Problem, force: Pair, shares: Sequence[Share]) -> Pair:
+    """Return the accelerations (rad/s²) by a generalized force (N m) alone."""
+    (a, b), _ = accelerated(problem.equations._replace(r=force), shares)
+    return float(a), float(b)
+
+
+def _obeying(system: HybridSystem, state: HybridState, trigger: Trigger) -> ContactState:
+    """Return the state in which an element obeys the law of an event, instead of its own one."""
+    if trigger.kind is EventKind.BREAKS:
+        return slipping(trigger.sense)
+    if trigger.kind is EventKind.LEAVES:
+        return ContactState.OPEN
+    return system.options(state.touching, state.sliding)[trigger.index][0]
