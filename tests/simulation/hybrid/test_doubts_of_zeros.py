@@ -14,6 +14,7 @@ from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind as E
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_stop import JointStop
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.sampled_torque import SampledTorque
@@ -281,3 +282,13 @@ def test_a_contact_along_which_no_force_acts_has_no_doubt():
     scene = Scene(BARS, (0.0, 0.0), (0.0, 0.0), 60.0, (UPRIGHT, *HELD))
     run = simulate(scene, samples=2)
     assert run.error == 0.0
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e8, 1e12])
+def test_a_chain_that_stands_falls_however_stiff_its_elbow_is(stiffness):
+    """A brake at A is exceeded by four roundings of its torque, and the rod falls within 16 s."""
+    effects = JointSpring((0.0, stiffness)), JointFriction((1.0, 0.0))
+    motor = JointTorque((1.0 + 2.0**-50, 0.0))
+    scene = Scene(BARS, (0.0, 0.0), (0.0, 0.0), 16.0, (UPRIGHT, *effects, motor))
+    assert not simulate(scene, samples=2).met
+    assert simulate(replace(scene, duration=3.0), samples=2).met

@@ -15,6 +15,7 @@ from twolink.effects.effect import Effect
 from twolink.effects.gravity import Gravity
 from twolink.effects.joint_damping import JointDamping
 from twolink.effects.joint_friction import JointFriction
+from twolink.effects.joint_spring import JointSpring
 from twolink.effects.joint_torque import JointTorque
 from twolink.effects.surface import Surface
 from twolink.loads import motor_loads
@@ -127,3 +128,36 @@ def test_a_load_that_is_not_finite_has_an_unknown_growth(known):
     assert leaving(system, state_of(system, (0.0, 0.0)), (S.FORWARD, S.FORWARD)) == Leaving(
         math.inf, 0.0
     )
+
+
+@pytest.mark.parametrize("precision", ["long double", "quadruple"])
+@pytest.mark.parametrize("damping", [0.0, 1e-3])
+@pytest.mark.parametrize("stiffness", [1e4, 1e8, 1e12])
+def test_a_slow_fall_counts_beside_a_stiff_spring(stiffness, damping, precision):
+    """With a stiff spring at B the chain falls as one rod; growth of 2.7/s counted as none."""
+    stiff = JointSpring((0.0, stiffness)), JointDamping((0.0, damping * stiffness))
+    for gravity, pose in ((Gravity(9.81), HALF), (Gravity(9.81, (1.0, 0.0)), 0.0)):
+        system = system_of(gravity, *stiff, BRAKES, precision=precision)
+        states, rate = (S.FORWARD, S.FORWARD), math.sqrt(K.sum() / M.sum())
+        standing = -pose if pose else math.pi
+        found = leaving(system, state_of(system, (standing, standing)), states)
+        assert found.growth == pytest.approx(rate, rel=1e-2)
+        hanging = leaving(system, state_of(system, (pose, pose)), states)
+        assert hanging.growth == 0.0
+        assert hanging.slowest == pytest.approx(rate, rel=1e-2)
+
+
+@dataclass(frozen=True)
+class Kinked(Effect):
+    """A torque at A of the size of q1: it drives on from zero, or back on the other side."""
+
+    def loads(self, chain, q, u, t=0.0):
+        """Return it."""
+        return motor_loads(4.0 * sqrt(q[0] * q[0]), 0 * q[1])
+
+
+def test_a_load_with_a_kink_grows_on_the_side_on_which_it_drives_on():
+    system = system_of(Kinked(), BRAKES, chain=BALANCED)
+    found = leaving(system, state_of(system, (0.0, 0.0)), (S.FORWARD, S.STICKS))
+    rate = pytest.approx(math.sqrt(4.0 / 3.5), rel=1e-6)
+    assert found == (rate, rate)

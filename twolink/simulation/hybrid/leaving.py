@@ -9,17 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twolink.arithmetic import Pair
 from twolink.contact.states import ContactState
-from twolink.effects import contact_elements
 from twolink.simulation.hybrid.constraint import parallel
 from twolink.simulation.hybrid.dynamics import mode_solution
+from twolink.simulation.hybrid.jet import Jet
 from twolink.simulation.hybrid.mode import Leaving
 from twolink.simulation.hybrid.noise import vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
-from twolink.simulation.hybrid.tolerances import NO_EIGENVALUE, SMALL_CHANGE
+from twolink.simulation.hybrid.tolerances import CHANGED_STATE, NO_GROWTH, ROUNDED_SLOPE
 
 Array = NDArray[np.float64]
 
@@ -35,21 +34,27 @@ def leaving(system: HybridSystem, state: HybridState, states: Sequence[ContactSt
         return Leaving(0.0, math.inf)
     try:
         with np.errstate(all="ignore"):
-            slopes = _slopes(system, state, states, free)
+            # They differ where a load has a kink.
+            every = [_slopes(system, state, states, sign) for sign in (-1, 1)]
+            found = [_by_slopes(system, state, free, slopes) for slopes in every]
     except (ArithmeticError, ValueError):
         # Functions of floats raise errors where those of arrays return NaN.
         return Leaving(math.inf, 0.0)
-    if not np.isfinite(slopes).all():
+    return Leaving(max(own.growth for own in found), min(own.slowest for own in found))
+
+
+def _by_slopes(system: HybridSystem, state: HybridState, free: Array, slopes: Any) -> Leaving:
+    """Return how a small change goes on along free directions, by derivatives of accelerations."""
+    terms = _characteristic(_along(free, slopes), _along(np.abs(free), np.abs(slopes)))
+    exact = [_beyond_rounding(own, size, system.rounding) for own, size in terms]
+    if not all(map(math.isfinite, exact)):
         return Leaving(math.inf, 0.0)
-    count = len(free)
-    linear = np.zeros((2 * count, 2 * count))
-    linear[:count, count:], linear[count:] = np.eye(count), slopes
-    found = np.linalg.eigvals(linear)
-    sizes, growth = np.abs(found), float(found.real.max())
-    # The two of a free direction are equal: they have the square root of its round-off.
-    least = NO_EIGENVALUE * float(sizes.max())
-    slowest = 0.0 if any(state.u) else float(sizes.min())
-    return Leaving(growth if growth > least else 0.0, slowest if slowest > least else 0.0)
+    found = np.roots(exact)
+    grows = found.real > NO_GROWTH * np.abs(found)
+    growth = float(found.real[grows].max(initial=0.0))
+    # The last one is zero where no force acts along a free direction.
+    slowest = 0.0 if any(state.u) or not exact[-1] else float(np.abs(found).min())
+    return Leaving(growth, slowest)
 
 
 def _free_directions(
@@ -68,29 +73,54 @@ def _free_directions(
 
 
 def _slopes(
-    system: HybridSystem, state: HybridState, states: Sequence[ContactState], free: Array
-) -> Array:
-    """Return the derivatives of accelerations along free directions by both, shape (k, 2 k)."""
-    start = np.array([*map(float, state.q), *map(float, state.u)])
-    changes = np.kron(np.eye(2), free)
+    system: HybridSystem, state: HybridState, states: Sequence[ContactState], sign: int
+) -> Any:
+    """Return the derivatives of u' (1/s², 1/s) by q and u in a mode, shape (2, 4).
 
-    def along(sign: float) -> Array:
-        moved = [start + sign * SMALL_CHANGE * change for change in changes]
-        return np.array([free @ _acceleration(system, state, states, each) for each in moved])
-
-    return (along(1.0) - along(-1.0)).T.reshape(len(free), len(changes)) / (2 * SMALL_CHANGE)
-
-
-def _acceleration(
-    system: HybridSystem, state: HybridState, states: Sequence[ContactState], values: Array
-) -> Array:
-    """Return du/dt (rad/s²) of a mode at q and u, shape (4,), in float64."""
-    chain, (q1, q2, u1, u2) = system.scene_chain, values.tolist()
-    q: Pair = (q1, q2)
-    elements = contact_elements(system.effects, chain)
+    They are those on one side of the state, of this sign, at a distance of some roundings.
+    """
+    change = system.number(sign * CHANGED_STATE)
     dents: list[Any] = [own.plastic if own is not None else None for own in state.compliant]
-    solution = mode_solution(
-        Pose(chain, system.formulation, q), system.effects, elements, states, dents, (u1, u2),
-        float(state.t),
-    )  # fmt: skip
-    return np.array(solution.du, dtype=float)
+    found = np.zeros((2, 4), dtype=object)
+    given = (*state.q, *state.u)
+    for place in range(len(given)):
+        moved = [
+            Jet((x + change, 0 * x + 1) if k == place else (x, 0 * x)) for k, x in enumerate(given)
+        ]
+        q1, q2, u1, u2 = moved
+        solution = mode_solution(
+            Pose(system.chain, system.formulation, (q1, q2)), system.effects, system.elements,
+            states, dents, (u1, u2), Jet((state.t, 0 * state.t)),
+        )  # fmt: skip
+        for row, own in enumerate(solution.du):
+            found[row, place] = own.terms[1] if isinstance(own, Jet) else 0.0
+    return found
+
+
+def _along(free: Array, slopes: Any) -> Any:
+    """Return the derivatives of accelerations along free directions by both, shape (k, 2 k)."""
+    return free.dot(slopes).dot(np.kron(np.eye(2), free).T)
+
+
+def _characteristic(slopes: Any, sizes: Any) -> list[tuple[Any, Any]]:
+    """Return det(x² − x B − A), from the highest power of x, for the derivatives A and B.
+
+    Each coefficient has the sum of the sizes of its terms; `sizes` are those of the derivatives.
+    """
+    if len(slopes) == 1:
+        ((a, b),), ((A, B),) = slopes, sizes
+        return [(1.0, 1.0), (-b, B), (-a, A)]
+    (a, b, c, d), (e, f, g, h) = slopes
+    (A, B, C, D), (E, F, G, H) = sizes
+    return [
+        (1.0, 1.0),
+        (-(c + h), C + H),
+        (c * h - d * g - a - f, C * H + D * G + A + F),
+        (a * h + c * f - b * g - d * e, A * H + C * F + B * G + D * E),
+        (a * f - b * e, A * F + B * E),
+    ]
+
+
+def _beyond_rounding(value: Any, size: Any, rounding: float) -> float:
+    """Return a coefficient, 0 if it is round-off of terms of a size."""
+    return float(value) if not abs(value) <= ROUNDED_SLOPE * rounding * size else 0.0

@@ -42,12 +42,13 @@ UNDECIDED = 2.0**20
 # of the forces that act may contradict it. Read by noise.
 ROUNDED_VALUE = 64
 
-# Change of an angle (rad) and of a speed (rad/s) for derivatives of accelerations. Read by leaving.
-SMALL_CHANGE = 1e-6
+# The part of an eigenvalue of a linearized motion below which its real part is none: two that are
+# nearly equal have the square root of round-off. Read by leaving.
+NO_GROWTH = 1e-6
 
-# The part of the largest eigenvalue of a linearized motion below which one is zero. Read by
-# leaving.
-NO_EIGENVALUE = 1e-4
+# Roundings of the terms of a derivative of a linearized motion, below which it is zero: a direction
+# of a chain is free of forces then. Read by leaving.
+ROUNDED_SLOPE = 64
 
 # Roundings of the terms of a speed. A smaller speed along a coordinate is zero within round-off.
 # Read by impact.
@@ -259,8 +260,8 @@ SAME_MOTION = 1e-6
 SAME_INSTANT = 1024
 
 # Relative change of a state by some roundings, that of the accelerations by which is their
-# round-off, and the least part of the accelerations that the residual of a step may be. Read by
-# unseen.
+# round-off, and the least part of the accelerations that the residual of a step may be. On either
+# side of a state loads may have other derivatives. Read by leaving and unseen.
 CHANGED_STATE = 2.0**-46
 
 # See CHANGED_STATE. Read by unseen.
