@@ -19,7 +19,7 @@ from twolink.simulation.hybrid.complementarity import (
 from twolink.simulation.hybrid.conditions import Condition, Law
 from twolink.simulation.hybrid.dynamics import Share, accelerated, shares_of, solve
 from twolink.simulation.hybrid.leaving import leaving
-from twolink.simulation.hybrid.mode import Doubt, Trigger, doubt_of_change, doubt_of_rate
+from twolink.simulation.hybrid.mode import Doubt, Leaving, Trigger, doubt_of_change, doubt_of_rate
 from twolink.simulation.hybrid.noise import Zero, size_of
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.select import Selection
@@ -28,17 +28,17 @@ from twolink.simulation.hybrid.system import HybridSystem
 
 *_, _LONGEST = PRECISIONS
 
+# Number of times of an arc at which the growth of a change is computed, at most twice as many.
+_MOST_TIMES = 16
+
 _LAWS = {EventKind.LEAVES: Law.PUSHES, EventKind.BREAKS: Law.WITHIN_LIMIT}
 
 
 def of_selection(
-    system: HybridSystem, state: HybridState, pose: Pose, selection: Selection
+    system: HybridSystem, state: HybridState, selection: Selection
 ) -> tuple[Doubt, ...]:
-    """Return the doubts on laws that hold within round-off only in the mode of a selection."""
-    zeros = {
-        trigger: known for trigger, known in selection.orders.items() if isinstance(known, Zero)
-    }
-    return _of_zeros(system, state, pose, selection.states, zeros) if zeros else ()
+    """Return the doubts on laws of the mode of a selection that a longer precision may decide."""
+    return _undecided(system, float(state.t), _zeros(selection.orders))
 
 
 def of_arc(system: HybridSystem, arc: Arc, orders: Orders) -> tuple[Doubt, ...]:
@@ -47,52 +47,59 @@ def of_arc(system: HybridSystem, arc: Arc, orders: Orders) -> tuple[Doubt, ...]:
     Such a force is zero since the start of the arc, and a load that grows slowly may exceed it at
     any time from there on. `orders` are those of the selection there, on whose laws it has doubts.
     """
-    known = {trigger: own for trigger, own in orders.items() if isinstance(own, Zero)}
+    known = _zeros(orders)
     lower = {
         trigger: value
         for trigger, value in arc.lowest.items()
         if trigger not in known or value < known[trigger].value
     }
-    if not lower:
+    if not known and not lower:
         return ()
+    violated = _at_values(system, arc, lower) if lower else {}
+    found = _undecided(system, float(arc.start.t), violated)
+    excess = {
+        trigger: own.excess
+        for trigger, own in {**known, **violated}.items()
+        if own.excess and _is_decided(system, trigger, own) and not _moves_at_once(system, trigger)
+    }
+    # Each of these elements may obey its law alone, or all of them at once.
+    together = [[trigger] for trigger in excess] + ([[*excess]] if len(excess) > 1 else [])
+    for triggers in together:
+        found += _of_left_out(system, arc, {trigger: excess[trigger] for trigger in triggers})
+    return found
+
+
+def _zeros(orders: Orders) -> dict[Trigger, Zero]:
+    """Return the laws of a selection that hold within round-off only."""
+    return {trigger: known for trigger, known in orders.items() if isinstance(known, Zero)}
+
+
+def _at_values(
+    system: HybridSystem, arc: Arc, values: Mapping[Trigger, float]
+) -> dict[Trigger, Zero]:
+    """Return laws that have values (N or N m) within round-off along an arc."""
     state, states = arc.start, arc.mode.states
-    pose = system.pose(state.q)
-    problem = _problem(system, state, pose, states)
+    problem = _problem(system, state, system.pose(state.q), states)
     du = solve(problem.equations, system.elements, states).du
-    for trigger, value in lower.items():
-        condition = Condition(_LAWS[trigger.kind], trigger.index, trigger.sense)
-        known[trigger] = problem.noise.zero(condition, state.q, du, value)
-    return _of_zeros(system, state, pose, states, known)
+    laws = {t: Condition(_LAWS[t.kind], t.index, t.sense) for t in values}
+    return {t: problem.noise.zero(laws[t], state.q, du, value) for t, value in values.items()}
 
 
-def _of_zeros(
-    system: HybridSystem,
-    state: HybridState,
-    pose: Pose,
-    states: States,
-    zeros: Mapping[Trigger, Zero],
+def _undecided(
+    system: HybridSystem, time: float, zeros: Mapping[Trigger, Zero]
 ) -> tuple[Doubt, ...]:
-    """Return the doubts on laws of a mode from a state on that hold within round-off only.
+    """Return the doubts on laws at a time (s) that a longer precision may decide otherwise.
 
     Where kinetic friction is smaller, an element that slips instead moves at once, however little
     the limit is exceeded: only the longest precision shows that it is not. Otherwise a force that
     contradicts a law moves the chain slowly. The longest precision decides all that float64 numbers
     may give, except within their own rounding at a start, which leaves out an acceleration.
     """
-    now = float(state.t)
-    found: list[Doubt] = []
-    excess: dict[Trigger, float] = {}
-    for trigger, known in zeros.items():
-        if not _is_decided(system, trigger, known):
-            found.append(doubt_of_change(now, trigger, math.inf))
-        elif known.excess and not _moves_at_once(system, trigger):
-            excess[trigger] = known.excess
-    # Each of these elements may obey its law alone, or all of them at once.
-    together = [[trigger] for trigger in excess] + ([[*excess]] if len(excess) > 1 else [])
-    for triggers in together:
-        violated = {trigger: excess[trigger] for trigger in triggers}
-        found += _of_left_out(system, state, pose, states, violated)
-    return tuple(found)
+    return tuple(
+        doubt_of_change(time, trigger, math.inf)
+        for trigger, known in zeros.items()
+        if not _is_decided(system, trigger, known)
+    )
 
 
 def _is_decided(system: HybridSystem, trigger: Trigger, known: Zero) -> bool:
@@ -109,33 +116,49 @@ def _moves_at_once(system: HybridSystem, trigger: Trigger) -> bool:
 
 
 def _of_left_out(
-    system: HybridSystem,
-    state: HybridState,
-    pose: Pose,
-    states: States,
-    violated: Mapping[Trigger, float],
-) -> list[Doubt]:
+    system: HybridSystem, arc: Arc, violated: Mapping[Trigger, float]
+) -> tuple[Doubt, ...]:
     """Return the doubt on the acceleration of the mode in which elements obey violated laws.
 
-    These are violated by forces (N or N m) or accelerations (rad/s² or m/s²).
+    These are violated from the start of an arc by forces (N or N m) or accelerations (rad/s² or
+    m/s²).
     """
+    state, states = arc.start, arc.mode.states
     others = states
     for trigger in violated:
         others = put(others, trigger.index, _obeying(system, state, trigger))
-    problem = _problem(system, state, pose, others)
+    problem = _problem(system, state, system.pose(state.q), others)
     if not is_solvable(problem, others):
         # Others hold it: no motion is left out.
-        return []
+        return ()
     left = [
         (excess, _response(problem, states, others, trigger))
         for trigger, excess in violated.items()
     ]
     rate = size_of((sum(x * a for x, (a, _) in left), sum(x * b for x, (_, b) in left)))
     if not rate:
-        return []
-    return [
-        doubt_of_rate(float(state.t), next(iter(violated)), rate, leaving(system, state, others))
+        return ()
+    first, along = next(iter(violated)), _leaving_along(system, arc, others)
+    return (doubt_of_rate(float(state.t), first, rate, along),)
+
+
+def _leaving_along(system: HybridSystem, arc: Arc, states: States) -> Leaving:
+    """Return how a small change goes on in a mode along an arc: as at the worst of its times."""
+    every = [leaving(system, state, states) for state in _states_along(arc)]
+    return Leaving(max(own.growth for own in every), min(own.slowest for own in every))
+
+
+def _states_along(arc: Arc) -> list[HybridState]:
+    """Return states at some times of an arc, from its start to its end."""
+    clock = arc.compiled.clock
+    every = [
+        (block.starts[place] if clock is None else arc.start.t + row[clock, 0], row[:4, 0])
+        for block in arc.blocks
+        for place, row in enumerate(block.coefficients)
     ]
+    chosen = every[1 :: max(1, len(every) // _MOST_TIMES)]
+    within = [arc.start._replace(t=t, q=(q1, q2), u=(u1, u2)) for t, (q1, q2, u1, u2) in chosen]
+    return [arc.start, *within, arc.end]
 
 
 def _problem(system: HybridSystem, state: HybridState, pose: Pose, states: States) -> Problem:

@@ -182,7 +182,7 @@ def _settled(
     tidied = _tidied(system, state, mode, selection.orders)
     doubts = so_far.doubts + of_early_mode(state, selection)
     if selection.orders:
-        doubts += of_selection(system, state, pose, selection)
+        doubts += of_selection(system, state, selection)
     if so_far.strikes:
         doubts += of_slides_at_start(system, state, pose, fastest, selection)
     return Jump(

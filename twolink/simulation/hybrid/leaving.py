@@ -14,7 +14,7 @@ from twolink.simulation.hybrid.constraint import parallel
 from twolink.simulation.hybrid.dynamics import mode_solution
 from twolink.simulation.hybrid.jet import Jet
 from twolink.simulation.hybrid.mode import Leaving
-from twolink.simulation.hybrid.noise import vanishes
+from twolink.simulation.hybrid.noise import size_of, vanishes
 from twolink.simulation.hybrid.pose import Pose
 from twolink.simulation.hybrid.state import HybridState
 from twolink.simulation.hybrid.system import HybridSystem
@@ -26,8 +26,9 @@ Array = NDArray[np.float64]
 def leaving(system: HybridSystem, state: HybridState, states: Sequence[ContactState]) -> Leaving:
     """Return how a small change of a state goes on in a mode, by the linearized motion.
 
-    It is that along the directions that the mode leaves free. Only a chain at rest is held back.
-    The growth is infinite where accelerations are not finite.
+    It is that along the directions that the mode leaves free. Only a chain at rest is held back,
+    but for the speed at which roundings of a start vanish. The growth is infinite where
+    accelerations are not finite.
     """
     free = _free_directions(system, state, states)
     if not len(free):
@@ -53,7 +54,8 @@ def _by_slopes(system: HybridSystem, state: HybridState, free: Array, slopes: An
     grows = found.real > NO_GROWTH * np.abs(found)
     growth = float(found.real[grows].max(initial=0.0))
     # The last one is zero where no force acts along a free direction.
-    slowest = 0.0 if any(state.u) or not exact[-1] else float(np.abs(found).min())
+    held = exact[-1] and size_of(state.u) <= system.scales.of_rounded_start
+    slowest = float(np.abs(found).min()) if held else 0.0
     return Leaving(growth, slowest)
 
 
