@@ -174,7 +174,7 @@ def undecided_at(doubts: Iterable[Doubt], end: float) -> tuple[list[Doubt], list
 def reason_of(doubt: Doubt, names: Sequence[str]) -> str:
     """Return why an error is unknown by a doubt without a bound on its change."""
     name = names[doubt.trigger.index]
-    if math.isfinite(doubt.speed):
+    if math.isfinite(doubt.speed) and not doubt.rate:
         return f"the bounces on {name} that are left out at {doubt.time:.9g} s may grow again"
     decides = "the error of the run" if doubt.within else "round-off"
     return f"{decides} decides at {doubt.time:.9g} s whether {doubt.trigger.kind.value} ({name})"

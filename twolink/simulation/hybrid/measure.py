@@ -81,8 +81,8 @@ class Measured:
                 return unseen_change(run.unseen.length)
         if self.judge.reached < self.kept.reached:
             return ENDS_EARLY
-        endless = [doubt for doubt in self.judge.doubts if doubt.change == math.inf]
-        endless.sort(key=lambda doubt: doubt.within)
+        endless = [doubt for doubt in self.judge.doubts if doubt.may_be_endless]
+        endless.sort(key=lambda doubt: (doubt.change < math.inf, doubt.within))
         return reason_of(endless[0], self.judge.arcs[0].mode.names) if endless else ENDS_EARLY
 
 

@@ -140,6 +140,11 @@ class Doubt(NamedTuple):
     rate: float = 0.0
     leaving: Leaving = _FREE
 
+    @property
+    def may_be_endless(self) -> bool:
+        """Whether its change has no bound, or grows until it has none."""
+        return math.isinf(self.change) or bool(self.rate and self.leaving.growth)
+
 
 def doubt_of_change(time: float, trigger: Trigger, change: float) -> Doubt:
     """Return the doubt on a choice at a time (s) that changes u by `change` (rad/s)."""
