@@ -348,3 +348,32 @@ def test_a_jam_that_is_monitored_with_the_opposite_sign_keeps_it_in_all_blocks()
     second = block_of([[(-0.75, 2.0)]], start=0.5)
     finding, _ = certificate.first_event(second, at_start=False)
     assert (finding.trigger, finding.x) == (jams, pytest.approx(0.75))
+
+
+def test_a_force_that_sinks_within_round_off_has_its_lowest_value():
+    """It is given in N m, and no longer counts once it has grown."""
+    breaks = Trigger(E.BREAKS, 1, 1)
+    certificate = certificate_of(breaks)
+    quiet = block_of([[(0, -1e-15)], [(-5e-16, 1e-15)]], (0.5, 0.5))
+    assert certificate.first_event(quiet, at_start=True) == (None, ())
+    expected = -5e-16 / SYSTEM.scales.force(1)
+    assert certificate.lowest(None) == {breaks: pytest.approx(expected)}
+    falls = block_of([[(0, -1e-6)]], start=1.0)
+    found, _ = certificate.first_event(falls, at_start=False)
+    assert (found.place, found.trigger) == (0, breaks)
+    assert certificate.lowest(found)[breaks] < 2 * expected
+    # Gaps are places, and no forces.
+    gaps = certificate_of(HITS)
+    gaps.first_event(block_of([[(0, -1e-16)]]), at_start=True)
+    assert gaps.lowest(None) == {}
+
+
+def test_of_two_events_on_a_step_one_may_be_that_of_a_force_that_was_zero():
+    breaks = Trigger(E.BREAKS, 1, 1)
+    for gap, expected in (((1.0, -1000.0), HITS), ((1.0, -4.0), breaks)):
+        certificate = certificate_of(HITS, breaks)
+        quiet = block_of([[(1.0,), (0, -1e-16)]], (0.5,))
+        certificate.first_event(quiet, at_start=True)
+        block = block_of([[gap, (0.0, 0.0, 0.0, -1e-6)]], (0.5,), start=0.5)
+        found, _ = certificate.first_event(block, at_start=False)
+        assert found.trigger == expected

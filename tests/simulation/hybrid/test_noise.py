@@ -1,6 +1,7 @@
 """The round-off of conditions: by the forces that act, and by the pose."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -82,3 +83,34 @@ def test_the_force_along_a_row_of_zero_has_no_bound_on_its_round_off():
     terms = (problem.equations.terms[0]._replace(normal=row),)
     noise = Noise(problem.system, problem.equations._replace(terms=terms), (0.0, 0.0), 1.0)
     assert noise.of(Condition(Law.PUSHES, 0), (0.0, 0.0)) == math.inf
+
+
+@pytest.mark.parametrize(("pose", "acts"), [(0.0, False), (0.3, True)])
+def test_a_value_is_certain_where_no_force_acts_along_it(pose, acts):
+    """A chain that stands on A by gravity along −x has no moment about A, with q = 0 exactly."""
+    problem = problem_of(Gravity(9.81, (-1.0, 0.0)), JointStop("A", lower=pose), q=(pose, pose))
+    solution = solve(problem.equations, problem.system.elements, (S.CLOSED,))
+    condition = Condition(Law.PUSHES, 0)
+    zero = problem.noise.zero(condition, (pose, pose), solution.du, 0.0)
+    assert (zero.excess > 0) == acts
+    assert zero.size > 1e3 * zero.error
+    assert zero.obeys
+
+
+def test_a_value_obeys_its_law_beyond_its_round_off_or_by_all_digits():
+    """A motor of 1 N m drives a joint at its limit; the state is known within its truncation."""
+    given = JointTorque((1.0, 0.0)), JointFriction((1.0, 0.0))
+    problem = problem_of(*given, precision="quadruple")
+    system = replace(problem.system, order=25)
+    condition = Condition(Law.WITHIN_LIMIT, 0, 1)
+    du = solve(problem.equations, problem.system.elements, (S.STICKS,)).du
+    noise = Noise(system, problem.equations, (0.0, 0.0), 1.0)
+    found = noise.zero(condition, (0.0, 0.0), du, 0.0)
+    assert found.rounding == pytest.approx(64 * system.rounding)
+    assert found.error == pytest.approx(64 * system.scales.resolution)
+    assert found.obeys
+    for value, obeys in ((found.error / 2, False), (2 * found.error, True), (-1e-18, False)):
+        assert noise.zero(condition, (0.0, 0.0), du, value).obeys == obeys
+    # A start is exact.
+    start = Noise(system, problem.equations, (0.0, 0.0), 0.0)
+    assert start.zero(condition, (0.0, 0.0), du, 0.0).error == found.rounding
