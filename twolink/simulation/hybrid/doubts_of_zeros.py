@@ -9,6 +9,7 @@ from twolink.arithmetic import Pair
 from twolink.contact.states import ContactState, EventKind, slipping
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid.arc import Arc
+from twolink.simulation.hybrid.block import Block
 from twolink.simulation.hybrid.complementarity import (
     Orders,
     Problem,
@@ -150,15 +151,16 @@ def _leaving_along(system: HybridSystem, arc: Arc, states: States) -> Leaving:
 
 def _states_along(arc: Arc) -> list[HybridState]:
     """Return states at some times of an arc, from its start to its end."""
-    clock = arc.compiled.clock
-    every = [
-        (block.starts[place] if clock is None else arc.start.t + row[clock, 0], row[:4, 0])
-        for block in arc.blocks
-        for place, row in enumerate(block.coefficients)
-    ]
-    chosen = every[1 :: max(1, len(every) // _MOST_TIMES)]
-    within = [arc.start._replace(t=t, q=(q1, q2), u=(u1, u2)) for t, (q1, q2, u1, u2) in chosen]
-    return [arc.start, *within, arc.end]
+    steps = [(block, place) for block in arc.blocks for place in range(len(block.lengths))]
+    chosen = steps[1 :: max(1, len(steps) // _MOST_TIMES)]
+    return [arc.start, *(_at_step(arc, block, place) for block, place in chosen), arc.end]
+
+
+def _at_step(arc: Arc, block: Block, place: int) -> HybridState:
+    """Return the state at the start of a step of an arc."""
+    clock, row = arc.compiled.clock, block.coefficients[place, :, 0]
+    t = block.starts[place] if clock is None else arc.start.t + row[clock]
+    return arc.start._replace(t=t, q=(row[0], row[1]), u=(row[2], row[3]))
 
 
 def _problem(system: HybridSystem, state: HybridState, pose: Pose, states: States) -> Problem:
