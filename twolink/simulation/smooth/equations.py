@@ -77,14 +77,17 @@ class SpeedEquations:
         """Return the sizes (rad/s²) whose relative rounding is that of du/dt.
 
         They are |M⁻¹| (|Q| + |C u| + |M| |du/dt|): all terms are rounded, those of M as well, and
-        cancel where M is ill-conditioned. `forces` are Q (N m).
+        cancel where M is ill-conditioned. `forces` are Q (N m). Kane's formulas have four products
+        of sines and cosines of both angles, and the others those of the angle between the links.
         """
         (Q1, Q2), (u1, u2), both = forces, u, ahead_and_across(chain, q)
         entries, across = mass(chain, q, both), both[1]
         du = _speeds(entries, (Q1 + across * u2 * u2, Q2 - across * u1 * u1))
-        sizes = tuple(map(np.abs, entries))
-        of_M = _sizes_of_momenta(_rounded_mass(chain, q, sizes), du)
-        across = np.abs(across) + _by_elbow(chain) * np.abs(q[1] - q[0])
+        M11, M12, M22, det = sizes = tuple(map(np.abs, entries))
+        angle = 4.0 if self.in_speeds == "kane" else np.abs(q[1] - q[0])
+        rounded = _by_elbow(chain) * angle
+        of_M = _sizes_of_momenta((M11, M12 + rounded, M22, det), du)
+        across = np.abs(across) + rounded
         terms = np.abs(Q1) + across * u2 * u2, np.abs(Q2) + across * u1 * u1
         return _sizes_of_speeds(sizes, of_M + np.array(terms))
 
