@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from tests.conformance.arm import Arm
 from tests.conformance.mover import NoStaticFriction, Ours, Unsprung
 from tests.conformance.wrong import WRONG, T
+from twolink.conformance import motions
 from twolink.conformance.motion_diagnosis import MotionDiagnosis
 from twolink.conformance.runner import conform
 from twolink.conformance.suites import suite
@@ -23,6 +24,19 @@ SHOWN = [
     "absolute-angles",
 ]  # fmt: skip
 QUICK = ["damping-dropped", "absolute-damper", "velocity-terms-sign"]
+
+
+DIAGNOSES = {}
+
+
+@pytest.fixture(autouse=True)
+def shared_diagnoses(monkeypatch):
+    """Follow the motion of a mistake once for all tests of a motion."""
+
+    def diagnosis(motion, group):
+        return DIAGNOSES.setdefault(motion.id, MotionDiagnosis(motion, group))
+
+    monkeypatch.setattr(motions, "MotionDiagnosis", diagnosis)
 
 
 def moving(kind):
@@ -162,7 +176,7 @@ def test_right_and_unknown_motions_have_no_cause(random):
     (group,) = (group for group in suite("motion") if group.id == "motion/dampers")
     (motion,) = group.motions
     truth = np.array(motion.values, dtype=float)
-    diagnosis = MotionDiagnosis(motion, group)
+    diagnosis = motions.MotionDiagnosis(motion, group)
     assert diagnosis.causes(truth, 0.0, "binary64") == ()
     assert diagnosis.causes(truth * np.nan, 0.0, "binary64") == ()
     for size in (1e-6, 0.01, 1.0):
@@ -175,7 +189,7 @@ def test_a_motion_that_still_changes_has_no_cause():
     (group,) = (group for group in suite("motion") if group.id == "motion/dampers")
     (motion,) = group.motions
     wrong = -np.array(motion.values, dtype=float)
-    diagnosis = MotionDiagnosis(motion, group)
+    diagnosis = motions.MotionDiagnosis(motion, group)
     assert diagnosis.causes(wrong, 1e-3, "binary64") == ("negated",)
     assert diagnosis.causes(wrong, np.abs(2 * wrong).max() / 5, "binary64") == ()
 

@@ -798,6 +798,7 @@ def test_pyarrow_is_imported_for_its_own_files_alone(kind, tmp_path):
     assert run.stdout.split() == [str(kind == ".parquet")]
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_after_very_short_steps_is_read_again(tmp_path):
     """Its steps over the whole duration would be too many to be repeated, and are not."""
     effects = (EndForce(1e16, friction=0.001),)

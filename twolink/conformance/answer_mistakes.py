@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from twolink.conformance.mistakes import (
     Mistake,
     Question,
     of_answers,
+    of_questions,
     of_states,
     of_systems,
 )
@@ -23,6 +25,7 @@ States = Mapping[str, Array]
 
 _FORCES = ("velocity_terms", "gravity_terms", "inverse_dynamics")
 _IN_SPACE = ("position", "velocity", "acceleration", "jacobian")
+_STATES = ("angles", "speeds", "accelerations")
 _MOVING = ("velocity_terms", "inverse_dynamics", "forward_dynamics", "kinetic_energy")
 
 # Joint angles of absolute ones: θ = T q, and M over q is Tᵀ M T.
@@ -47,45 +50,45 @@ def _over_absolute(question: Question, values: Array) -> Array:
     return values
 
 
-def _absolute_angles(question: Question) -> Iterator[Array]:
-    """Yield answers to states taken as absolute, and answers over absolute angles."""
-    fields = ("angles", "speeds", "accelerations")
-    states = _absolute(question.states, fields)
-    yield question.answer(states=states)
-    yield question.answer(states=_absolute(question.states, ("angles",)))
+def _all_absolute(question: Question) -> Array:
+    """Return the answer to states taken as absolute."""
+    return question.answer(states=_absolute(question.states, _STATES))
+
+
+def _angles_absolute(question: Question) -> Array:
+    """Return the answer to angles taken as absolute."""
+    return question.answer(states=_absolute(question.states, ("angles",)))
+
+
+def _angles_and_answers_absolute(question: Question) -> Array:
+    """Return the answer over absolute angles to states taken as absolute."""
+    states = _absolute(question.states, _STATES)
     if "torques" in states:
         # Absolute generalized forces of joint torques are T⁻ᵀ τ.
         states = {**states, "torques": states["torques"] @ np.linalg.inv(_T)}
-    yield _over_absolute(question, question.answer(states=states))
+    return _over_absolute(question, question.answer(states=states))
 
 
-def _answers_absolute(question: Question) -> Iterator[Array]:
-    if question.name in (*_FORCES, "mass_matrix", "forward_dynamics", "jacobian"):
-        yield _over_absolute(question, question.truth)
+def _answers_absolute(question: Question) -> Array:
+    return _over_absolute(question, question.truth)
 
 
-def _absolute_speeds(states: States) -> Iterator[States]:
-    yield _absolute(states, ("speeds",))
-    yield _absolute(states, ("speeds", "accelerations"))
+def _radians(states: States, names: tuple[str, ...]) -> States:
+    """Return states whose given fields were taken as degrees."""
+    return {name: np.radians(rows) if name in names else rows for name, rows in states.items()}
 
 
-def _in_degrees(states: States) -> Iterator[States]:
-    for fields in (("angles",), ("angles", "speeds"), ("angles", "speeds", "accelerations")):
-        yield {name: np.radians(rows) if name in fields else rows for name, rows in states.items()}
-
-
-def _exchanged(question: Question) -> Iterator[Array]:
-    """Yield answers of an engine whose first joint is the elbow."""
+def _exchanged(question: Question) -> Array:
+    """Return the answer of an engine whose first joint is the elbow."""
     states = {name: rows[:, ::-1] for name, rows in question.states.items()}
     values = question.answer(states=states)
     if question.name == "mass_matrix":
-        yield values[:, ::-1, ::-1]
-    elif question.name == "jacobian":
-        yield values[:, :, ::-1]
-    elif question.name in (*_FORCES, "forward_dynamics"):
-        yield values[:, ::-1]
-    else:
-        yield values
+        return values[:, ::-1, ::-1]
+    if question.name == "jacobian":
+        return values[:, :, ::-1]
+    if question.name in (*_FORCES, "forward_dynamics"):
+        return values[:, ::-1]
+    return values
 
 
 class _FirstSpeedInSecond(SpatialState):
@@ -201,53 +204,54 @@ class _NoBias(SpatialState):
         return 0.0, 0.0, 0.0
 
 
-def _half(truth: Array) -> Iterator[Array]:
-    yield truth / 2
+def _half(truth: Array) -> Array:
+    return truth / 2
 
 
-def _double(truth: Array) -> Iterator[Array]:
-    yield truth * 2
+def _double(truth: Array) -> Array:
+    return truth * 2
 
 
-def _upper(truth: Array) -> Iterator[Array]:
-    yield np.triu(truth)
+def _upper(truth: Array) -> Array:
+    return np.triu(truth)
 
 
-def _lower(truth: Array) -> Iterator[Array]:
-    yield np.tril(truth)
+def _lower(truth: Array) -> Array:
+    return np.tril(truth)
 
 
-def _transposed(truth: Array) -> Iterator[Array]:
-    yield np.swapaxes(truth, 1, 2)
+def _transposed(truth: Array) -> Array:
+    return np.swapaxes(truth, 1, 2)
 
 
-def _inverted(truth: Array) -> Iterator[Array]:
+def _inverted(truth: Array) -> Array:
+    """Return M⁻¹, NaN if it is singular."""
     with np.errstate(all="ignore"):
         try:
-            yield np.asarray(np.linalg.inv(truth), dtype=float)
+            return np.asarray(np.linalg.inv(truth), dtype=float)
         except np.linalg.LinAlgError:
-            return
+            return np.full_like(truth, np.nan)
 
 
-def _negated(truth: Array) -> Iterator[Array]:
-    yield -truth
+def _negated(truth: Array) -> Array:
+    return -truth
 
 
-def _y_upward(truth: Array) -> Iterator[Array]:
-    yield truth * np.array([1.0, -1.0]).reshape(1, 2, *(1,) * (truth.ndim - 2))
+def _y_upward(truth: Array) -> Array:
+    return truth * np.array([1.0, -1.0]).reshape(1, 2, *(1,) * (truth.ndim - 2))
 
 
-def _degrees(truth: Array) -> Iterator[Array]:
-    yield truth * (180 / np.pi)
+def _degrees(truth: Array) -> Array:
+    return truth * (180 / np.pi)
 
 
-def _with_gravity(question: Question) -> Iterator[Array]:
-    """Yield velocity terms that include gravity, as `h` or the bias force of many engines."""
+def _with_gravity(question: Question) -> Array:
+    """Return velocity terms that include gravity, as `h` or the bias force of many engines."""
     values = question.truth.copy()
     for index, angles in enumerate(question.states["angles"]):
         state = SpatialState(question.model, FLOATS, (float(angles[0]), float(angles[1])))
         values[index] += state.gravity_terms()
-    yield values
+    return values
 
 
 ANSWER_MISTAKES: tuple[Mistake, ...] = (
@@ -260,25 +264,36 @@ ANSWER_MISTAKES: tuple[Mistake, ...] = (
     of_answers("negated", "the answer has the opposite sign", _negated),
     of_answers("y-upward", "y points upwards in the answer", _y_upward, *_IN_SPACE),
     of_answers("degrees-out", "the answer is in degrees", _degrees, "forward_dynamics"),
-    Mistake(
+    of_questions(
         "gravity-in-velocity-terms",
         "velocity terms include gravity",
         _with_gravity,
-        frozenset({"velocity_terms"}),
+        quantities=("velocity_terms",),
     ),
-    Mistake(
+    of_questions(
         "absolute-angles",
         "θ2 is taken as an absolute angle, not relative to link 1",
-        _absolute_angles,
+        _all_absolute,
+        _angles_absolute,
+        _angles_and_answers_absolute,
     ),
-    Mistake(
+    of_questions(
         "absolute-answers",
         "the answer is over absolute angles, not joint angles",
         _answers_absolute,
+        quantities=(*_FORCES, "mass_matrix", "forward_dynamics", "jacobian"),
     ),
-    of_states("absolute-speeds", "θ̇2 is taken as an absolute angular velocity", _absolute_speeds),
-    of_states("degrees-in", "angles are read as degrees", _in_degrees),
-    Mistake("joints-exchanged", "the joints are in the opposite order", _exchanged),
+    of_states(
+        "absolute-speeds",
+        "θ̇2 is taken as an absolute angular velocity",
+        *(partial(_absolute, names=names) for names in (_STATES[1:2], _STATES[1:])),
+    ),
+    of_states(
+        "degrees-in",
+        "angles are read as degrees",
+        *(partial(_radians, names=_STATES[:count]) for count in (1, 2, 3)),
+    ),
+    of_questions("joints-exchanged", "the joints are in the opposite order", _exchanged),
     of_systems(
         "first-speed-for-second", "ω1 stands where ω2 must", _FirstSpeedInSecond, quantities=_MOVING
     ),

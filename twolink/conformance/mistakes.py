@@ -6,9 +6,9 @@ rightly in float64. `twolink.conformance.diagnosis` compares these answers with 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -19,16 +19,25 @@ from twolink.conformance.spatial import FLOATS, SpatialModel, SpatialState
 
 Array = NDArray[np.float64]
 States = Mapping[str, Array]
+Names = tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Question:
-    """A question to an engine: a quantity of a model (in float64) in states, and its truth."""
+    """A question to an engine: a quantity of a model (in float64) in states.
+
+    `certified` is its certified answer, if there is one.
+    """
 
     quantity: Quantity
     model: SpatialModel
     states: States
-    truth: Array
+    certified: Array | None = None
+
+    @cached_property
+    def truth(self) -> Array:
+        """The certified answer, or else that in float64."""
+        return self.answer() if self.certified is None else self.certified
 
     def answer(
         self,
@@ -51,8 +60,7 @@ class Question:
     def at(self, where: list[int]) -> Question:
         """Return the question in some of the states, the first of which stays the first."""
         states = {name: rows[where] for name, rows in self.states.items()}
-        truth = self.truth[where]
-        return replace(self, states=states, truth=truth)
+        return replace(self, states=states, certified=self.truth[where])
 
     @cached_property
     def name(self) -> str:
@@ -60,26 +68,42 @@ class Question:
         return self.quantity.name
 
 
-Candidates = Callable[[Question], Iterator[Array]]
+Wrong = Callable[[Question], Array]
+"""The wrong answer to a question. It may divide by zero."""
+
+Variants = Callable[[Question], Iterable[Wrong]]
+"""The variants of a mistake that apply to the model and the quantity of a question."""
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """A mistake: its name, a sentence, the wrong answers, and the quantities that show it.
+    """A mistake: its name, a sentence, its variants, and the quantities that show it.
 
-    `answers` yields the answers to a question, one for each variant; none where the mistake does
-    not apply. `quantities` are all by default.
+    The variants are the same in all states of a model. `quantities` are all by default.
     """
 
     name: str
     sentence: str
-    answers: Candidates
+    variants: Variants
     quantities: frozenset[str] | None = None
 
-    def wrong(self, question: Question) -> Iterator[Array]:
-        """Return the wrong answers to a question."""
+    def applied(self, question: Question) -> Iterator[Wrong]:
+        """Yield the variants that apply to a question."""
         if self.quantities is None or question.name in self.quantities:
-            yield from self.answers(question)
+            yield from self.variants(question)
+
+    def wrong(self, question: Question) -> Iterator[Array]:
+        """Yield the wrong answers to a question."""
+        for variant in self.applied(question):
+            try:
+                yield variant(question)
+            except ZeroDivisionError:
+                continue
+
+
+def of_questions(name: str, sentence: str, *variants: Wrong, quantities: Names = ()) -> Mistake:
+    """Return a mistake of which all variants apply to every question."""
+    return Mistake(name, sentence, lambda question: variants, frozenset(quantities) or None)
 
 
 def of_models(
@@ -90,51 +114,36 @@ def of_models(
 ) -> Mistake:
     """Return a mistake in the model: `change` yields the wrong models."""
 
-    def answers(question: Question) -> Iterator[Array]:
+    def variants(question: Question) -> Iterator[Wrong]:
         for model in change(question.model):
             if model != question.model:
-                try:
-                    yield question.answer(model=model)
-                except ZeroDivisionError:
-                    continue
+                yield partial(Question.answer, model=model)
 
-    return Mistake(name, sentence, answers, frozenset(quantities) or None)
+    return Mistake(name, sentence, variants, frozenset(quantities) or None)
 
 
 def of_states(
-    name: str, sentence: str, change: Callable[[States], Iterator[States]], *quantities: str
+    name: str, sentence: str, *changes: Callable[[States], States], quantities: Names = ()
 ) -> Mistake:
-    """Return a mistake in the states: `change` yields the wrong states."""
+    """Return a mistake in the states: functions that return the wrong states."""
 
-    def answers(question: Question) -> Iterator[Array]:
-        for states in change(question.states):
-            yield question.answer(states=states)
+    def variant(change: Callable[[States], States]) -> Wrong:
+        return lambda question: question.answer(states=change(question.states))
 
-    return Mistake(name, sentence, answers, frozenset(quantities) or None)
+    return of_questions(name, sentence, *map(variant, changes), quantities=quantities)
 
 
 def of_systems(
-    name: str, sentence: str, *systems: type[SpatialState], quantities: tuple[str, ...] = ()
+    name: str, sentence: str, *systems: type[SpatialState], quantities: Names = ()
 ) -> Mistake:
     """Return a mistake in the equations: classes with wrong methods."""
-
-    def answers(question: Question) -> Iterator[Array]:
-        for system in systems:
-            yield question.answer(system=system)
-
-    return Mistake(name, sentence, answers, frozenset(quantities) or None)
+    variants = (partial(Question.answer, system=system) for system in systems)
+    return of_questions(name, sentence, *variants, quantities=quantities)
 
 
-def of_answers(
-    name: str, sentence: str, change: Callable[[Array], Iterator[Array]], *quantities: str
-) -> Mistake:
-    """Return a mistake in the answer: `change` yields the wrong answers of a right one."""
-    return Mistake(
-        name,
-        sentence,
-        lambda question: change(question.truth),
-        frozenset(quantities) or None,
-    )
+def of_answers(name: str, sentence: str, change: Callable[[Array], Array], *names: str) -> Mistake:
+    """Return a mistake in the answer: `change` returns the wrong answer of a right one."""
+    return of_questions(name, sentence, lambda question: change(question.truth), quantities=names)
 
 
 def with_bodies(model: SpatialModel, change: Callable[[Any], Any]) -> SpatialModel:

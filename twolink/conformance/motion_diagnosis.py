@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 from twolink.conformance.bounds import EPSILONS
 from twolink.conformance.diagnosis import BINARY32, MISTAKES, flat_model
-from twolink.conformance.mistakes import Mistake, Question
+from twolink.conformance.mistakes import Question, Wrong
 from twolink.conformance.quantities import QUANTITIES
 from twolink.conformance.vectors import Group, Motion
 from twolink.engines.messages import Precision
@@ -123,8 +122,8 @@ def _given(start: Array, group: Group) -> Iterator[_Given]:
         yield _Given("springs-dropped", start, _Chain(group, springs=False).accelerations)
     first = right.question(start)
     for mistake in MISTAKES.values():
-        for number, _ in enumerate(mistake.wrong(first)):
-            yield _Given(mistake.name, start, right.mistaken(mistake, number))
+        for wrong in mistake.applied(first):
+            yield _Given(mistake.name, start, right.mistaken(wrong))
 
 
 class _Chain:
@@ -141,25 +140,19 @@ class _Chain:
         self._rest = np.array(parameters.rest or (0.0, 0.0))
 
     def question(self, state: Array) -> Question:
-        """Return the question on the accelerations in a state, with its answer as the truth."""
+        """Return the question on the accelerations in a state."""
         torques = -self._stiffness * (state[:2] - self._rest)
         states = {"angles": state[None, :2], "speeds": state[None, 2:], "torques": torques[None]}
         quantity = QUANTITIES["forward_dynamics"]
-        asked = Question(quantity, self._model, states, np.zeros((1, 2)))
-        return Question(quantity, self._model, states, asked.answer())
+        return Question(quantity, self._model, states)
 
     def accelerations(self, state: Array) -> Array:
         """Return the right joint accelerations (rad/s²)."""
         return np.asarray(self.question(state).truth[0])
 
-    def mistaken(self, mistake: Mistake, number: int) -> Accelerations:
+    def mistaken(self, wrong: Wrong) -> Accelerations:
         """Return the joint accelerations (rad/s²) with a variant of a mistake."""
-
-        def accelerations(state: Array) -> Array:
-            (found,) = islice(mistake.wrong(self.question(state)), number, number + 1)
-            return found[0]
-
-        return accelerations
+        return lambda state: np.asarray(wrong(self.question(state))[0])
 
 
 class _WrongMotion:

@@ -244,7 +244,7 @@ def test_the_error_is_unknown_where_a_variable_exceeds_the_size():
 
 def test_a_step_misses_more_where_a_variable_exceeds_the_size():
     """The size of the state is then that of the variable."""
-    spinning = Scene(BARS, (0.3, -0.4), (30.0, 30.0), 10.0, ())
+    spinning = Scene(BARS, (0.3, -0.4), (30.0, 30.0), 2.0, ())
     largest = lanes_of(spinning, 19, 1e4).largest
     inside, outside = (lanes_of(spinning, 19, part * largest) for part in (1.0, 0.5))
     assert outside.growth is not None
