@@ -23,7 +23,7 @@ SHOWN = [
     "velocity-terms-missing", "velocity-terms-sign", "coriolis-term", "decoupled", "degrees-in",
     "absolute-angles",
 ]  # fmt: skip
-QUICK = ["damping-dropped", "absolute-damper", "velocity-terms-sign"]
+QUICK = ["damping-dropped"]
 
 
 DIAGNOSES = {}

@@ -28,6 +28,10 @@ from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.simulate import simulate
 
 
+def slow(*values):
+    return pytest.param(*values, marks=pytest.mark.slow)
+
+
 @pytest.mark.parametrize(
     ("excess", "precision", "doubts"),
     [
@@ -74,7 +78,7 @@ def test_a_force_within_the_rounding_of_a_start_is_a_doubt_of_its_acceleration(e
 
 
 @pytest.mark.parametrize("duration", [10.0, 1000.0])
-@pytest.mark.parametrize("power", [-52, -48, -46, -44, -42, -36])
+@pytest.mark.parametrize("power", [-52, slow(-48), slow(-46), slow(-44), slow(-42), -36])
 def test_a_joint_that_is_held_against_a_slightly_larger_torque_has_an_error(power, duration):
     """Without friction the excess would turn link 1 by M⁻¹ x t²/2, with link 2 held to it."""
     excess, bars = 2.0**power, Chain.uniform_bars()
@@ -107,6 +111,7 @@ def test_a_contact_gears_up_the_acceleration_that_is_left_out(length):
     assert moved <= run.error < 1e-6
 
 
+@pytest.mark.slow
 def test_brakes_that_are_exceeded_together_are_left_out_together():
     """Link 1 has the excess of both, of which one alone would turn the heavy link 2 too."""
     excess, heavy = 2.0**-51, Chain((1.0, 0.01), (1.0, 1.0), ((0.5, 0.0), (0.0, 0.0)), (0.08, 10.0))
@@ -177,7 +182,7 @@ def off(run, expected):
 HELD = JointStop("A", lower=0.0), JointFriction((0.0, 1e3))
 
 
-@pytest.mark.parametrize(("amplitude", "rate"), [(1e-12, 1e-3), (1e-13, 1e-2)])
+@pytest.mark.parametrize(("amplitude", "rate"), [(1e-12, 1e-3), slow(1e-13, 1e-2)])
 def test_a_load_that_grows_slowly_from_zero_is_in_the_error_of_a_chain_that_stands(amplitude, rate):
     """The stop has no force, and was held for 14 s with an error of zero: the chain falls."""
     motor = JointTorque((0.0, 0.0), (amplitude, 0.0), (rate, 0.0))
@@ -193,7 +198,7 @@ def test_a_load_that_grows_slowly_from_zero_is_in_the_error_of_a_chain_that_stan
     assert cause in run.notes[0]
 
 
-@pytest.mark.parametrize("growth", [2.0**-42, 2.0**-50])
+@pytest.mark.parametrize("growth", [2.0**-42, slow(2.0**-50)])
 def test_a_torque_that_exceeds_its_limit_slowly_is_in_the_error(growth):
     """It grows from 1 N m by 1e-18 N m/s and less, far below the round-off of a step."""
     ramp = SampledTorque((0.0, 1e5), (1.0, 1.0 + growth), (0.0, 0.0), "linear")
@@ -266,8 +271,8 @@ def test_a_static_limit_is_exceeded_by_less_than_the_truncation_of_a_series(exce
     ("q", "limit"),
     [
         (-0.8848873777325674, 12.426850020790217),
-        (-1.0889251791440053, 9.092654828437142),
-        (-0.7481496496215087, 14.380457145579381),
+        slow(-1.0889251791440053, 9.092654828437142),
+        slow(-0.7481496496215087, 14.380457145579381),
     ],
 )
 def test_a_weight_that_exceeds_a_brake_by_less_than_a_rounding_is_in_the_error(q, limit):
@@ -286,7 +291,7 @@ def test_a_contact_along_which_no_force_acts_has_no_doubt():
     assert run.error == 0.0
 
 
-@pytest.mark.parametrize("stiffness", [1e4, 1e8, 1e12])
+@pytest.mark.parametrize("stiffness", [1e4, slow(1e8), slow(1e12)])
 def test_a_chain_that_stands_falls_however_stiff_its_elbow_is(stiffness):
     """A brake at A is exceeded by four roundings of its torque, and the rod falls within 16 s."""
     effects = JointSpring((0.0, stiffness)), JointFriction((1.0, 0.0))
