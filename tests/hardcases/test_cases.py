@@ -1,5 +1,7 @@
 """This library passes every case with every formulation."""
 
+from dataclasses import replace
+
 import pytest
 
 from twolink.engines.marks import Mark
@@ -60,7 +62,8 @@ def test_every_formulation_passes(case):
 def test_every_formulation_passes_a_case_that_takes_long(case):
     columns = [own for own in OURS if own.name == LONGEST.get(case.name, own.name)]
     assert columns
-    board = scoreboard([case], columns)
+    # Whether it passes does not depend on the speed of the machine.
+    board = scoreboard([replace(case, seconds=4 * case.seconds)], columns)
     assert failed_by_us(board) == [], board[case.name]
 
 

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from tests.simulation.hybrid import BOUNCE_TIMES as TIMES
 from tests.simulation.hybrid import tampered
 from twolink.contact.states import EventKind
 from twolink.simulation.hybrid.differences import differences
-from twolink.simulation.hybrid.doubted_changes import _grown, _largest_since, with_doubts
+from twolink.simulation.hybrid.doubted_changes import _drift, _grown, _largest_since, with_doubts
 from twolink.simulation.hybrid.mode import Doubt, Leaving, Trigger, doubt_of_rate
 
 
@@ -40,6 +41,34 @@ def test_an_acceleration_that_is_left_out_counts_as_its_motion(run, judge, leavi
     assert differences(run, more, TIMES, 1e-9)[-1] == pytest.approx(2e-7 * motion, rel=1e-5)
     far = replace(judge, doubts=(doubt._replace(rate=1.0),))
     assert np.isinf(differences(run, far, TIMES, 1e-9)[-1]) == bool(leaving.growth)
+
+
+def moved_by(angle, speed, rate, stages):
+    """Return the largest of q and u after linear motions: q'' = k q + rate, each for a time."""
+    for k, time in stages:
+        rates = [[0.0, 1.0, 0.0], [k, 0.0, rate], [0.0, 0.0, 0.0]]
+        angle, speed, _ = expm(np.array(rates) * time) @ [angle, speed, 1.0]
+    return max(abs(angle), abs(speed))
+
+
+@pytest.mark.parametrize("held", [0.7, 3.0, 40.0])
+@pytest.mark.parametrize("begins", [1.0, 1.3, 2.1])
+def test_a_motion_that_is_left_out_goes_on_in_later_modes(held, begins):
+    """It is held back by a spring, and is free, or leaves, in the modes after it."""
+    free, falls = Leaving(0.0, 0.0, 0.0), Leaving(4.0, 4.0, 4.0)
+    doubt = doubt_of_rate(0.5, Trigger(EventKind.BREAKS, 0, 1), 1e-7, Leaving(0.0, held, held))
+    for later, k in ((free, 0.0), (falls, 16.0)):
+        times = np.linspace(begins, 3.0, 40)[1:]
+        found = _drift(doubt.since(begins, later), times)
+        known = [
+            moved_by(0.0, 0.0, 1e-7, [(-held * held, begins - 0.5), (k, t - begins)]) for t in times
+        ]
+        assert (found >= known).all()
+        assert found[-1] <= 60 * known[-1]
+    assert (_drift(doubt.since(begins, falls)._replace(rate=1.0), times)[-1]) == np.inf
+    # A change that is unknown stays so.
+    unknown = doubt._replace(leaving=Leaving(np.inf, 0.0)).since(begins, free)
+    assert np.isinf(_drift(unknown, times)).all()
 
 
 def test_a_doubt_counts_if_it_matters_and_is_asked_only_within_the_error(run, judge):

@@ -8,7 +8,17 @@ from twolink.contact.force_laws import Phase, PlasticState
 from twolink.contact.impact_laws import Regime
 from twolink.contact.states import ContactState as S
 from twolink.contact.states import EventKind
-from twolink.simulation.hybrid.mode import Event, Impact, Mode, Remark, Trigger, sentences
+from twolink.simulation.hybrid.mode import (
+    Event,
+    Impact,
+    Leaving,
+    Mode,
+    Remark,
+    Trigger,
+    doubt_of_change,
+    doubt_of_rate,
+    sentences,
+)
 
 DENT = PlasticState(Phase.DENTED, 3.0, 0.25, 0.5)
 MODE = Mode(("A", "D on floor", "B on wall"), (S.STICKS, S.FORWARD, S.OPEN))
@@ -109,3 +119,22 @@ def test_the_remark_of_the_largest_change_is_the_one_that_is_shown():
     assert sentences(given) == (
         "At 2.5 s u changes by 3.0. This happens 2 more times from 1 s until 4 s.",
     )
+
+
+def test_a_change_goes_on_as_by_the_worst_of_several_modes():
+    every = Leaving(0.0, 3.0, 5.0), Leaving(2.0, 1.0, 2.0), Leaving(0.0, 9.0, 9.0)
+    assert Leaving.worst(every) == (2.0, 1.0, 9.0)
+
+
+def test_only_a_doubt_that_leaves_out_an_acceleration_goes_on_in_other_modes():
+    trigger, later = Trigger(EventKind.BREAKS, 0, 1), Leaving(2.0, 1.0, 2.0)
+    doubt = doubt_of_rate(1.0, trigger, 1e-9, Leaving(0.0, 3.0, 5.0))
+    moved = doubt.since(2.0, later)
+    assert not doubt.may_be_endless
+    assert moved.may_be_endless
+    assert moved.later == ((2.0, later),)
+    # It goes on as before.
+    assert moved.since(3.0, later) == moved
+    assert doubt.since(0.5, later) == doubt.since(1.0, later) == doubt
+    other = doubt_of_change(1.0, trigger, 1e-9)
+    assert other.since(2.0, later) == other

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from twolink.integration.precisions import PRECISIONS
 from twolink.simulation.hybrid import tolerances
-from twolink.simulation.hybrid.mode import Doubt
+from twolink.simulation.hybrid.mode import Doubt, Leaving
 from twolink.simulation.hybrid.run import HybridRun
 
 Array = NDArray[np.float64]
@@ -102,19 +102,46 @@ def _drift(doubt: Doubt, moments: Array) -> Array:
 
     That of a chain that leaves its pose is unknown once it has gone far.
     """
-    passed, (growth, slowest) = np.maximum(moments - doubt.time, 0.0), doubt.leaving
-    if math.isinf(growth):
-        return np.where(passed > 0, math.inf, 0.0)
-    angle, speed = passed * passed / 2, passed
+    found, moved = np.zeros(len(moments)), (0.0, 0.0)
+    stages = [(doubt.time, doubt.leaving), *doubt.later]
+    ends = [*(begin for begin, _ in doubt.later), math.inf]
+    for (begin, leaving), end in zip(stages, ends, strict=True):
+        here = (moments > begin) & (moments <= end)
+        passed = moments[here] - begin
+        largest = np.maximum(*_moved(moved, doubt.rate, leaving, passed))
+        far = (leaving.growth * passed > 1) & (largest > 1)
+        found[here] = np.where(far, math.inf, largest)
+        if end < math.inf:
+            angle, speed = _moved(moved, doubt.rate, leaving, np.array([end - begin]))
+            moved = float(angle[0]), float(speed[0])
+    return np.asarray(np.maximum.accumulate(found))
+
+
+def _moved(
+    moved: tuple[float, float], rate: float, leaving: Leaving, passed: Array
+) -> tuple[Array, Array]:
+    """Return bounds on angles (rad) and speeds (rad/s) after some times (s) by a load.
+
+    They were at most those that have `moved` before, and `rate` is the acceleration (rad/s²).
+    """
+    (angle, speed), (growth, slowest, fastest) = moved, leaving
+    if math.isinf(growth) or not math.isfinite(angle + speed):
+        beyond = np.where(passed > 0, math.inf, 0.0)
+        return beyond, beyond
+    by_speed, by_load, faster = passed, passed * passed / 2, passed
     if slowest and not growth:
-        angle, speed = np.minimum(angle, 2 / slowest**2), np.minimum(speed, 2 / slowest)
-    if growth:
-        # Differences of nearly equal numbers are zero near the start.
-        with np.errstate(over="ignore"):
-            angle = np.maximum(angle, (np.cosh(growth * passed) - 1) / growth**2)
-            speed = np.maximum(speed, np.sinh(growth * passed) / growth)
-    found = doubt.rate * np.maximum(angle, speed)
-    return np.where((growth * passed > 1) & (found > 1), math.inf, found)
+        by_speed, by_load = np.minimum(passed, 1 / slowest), np.minimum(by_load, 2 / slowest**2)
+        faster = np.minimum(passed, 2 / slowest)
+    angles = angle + speed * by_speed + rate * by_load
+    speeds = speed + fastest * angle + rate * faster
+    if not growth:
+        return angles, speeds
+    # Differences of nearly equal numbers are zero near the start.
+    with np.errstate(over="ignore", invalid="ignore"):
+        away, fast = np.cosh(growth * passed), np.sinh(growth * passed)
+        leaves = angle * away + speed * fast / growth + rate * (away - 1) / growth**2
+        faster = growth * angle * fast + speed * away + rate * fast / growth
+    return np.maximum(angles, leaves), np.maximum(speeds, faster)
 
 
 def _grown(factors: Array, found: Array, floor: float) -> float:

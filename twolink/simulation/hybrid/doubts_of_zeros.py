@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from twolink.arithmetic import Pair
 from twolink.contact.states import ContactState, EventKind, slipping
@@ -70,6 +70,24 @@ def of_arc(system: HybridSystem, arc: Arc, orders: Orders) -> tuple[Doubt, ...]:
     return found
 
 
+def leaving_later(system: HybridSystem, arc: Arc, orders: Orders) -> Leaving | None:
+    """Return how a change by an earlier doubt goes on along an arc on which the chain rests.
+
+    Two runs that rest have no difference that would show it. Laws of the selection at its start
+    that hold within round-off may be violated by the change, each of them alone or all at once. It
+    is None where the chain moves.
+    """
+    begin, end, states = arc.start, arc.end, arc.mode.states
+    if any(begin.u) or any(end.u) or begin.q != end.q:
+        return None
+    zeros = [trigger for trigger in _zeros(orders) if trigger.kind in _LAWS]
+    others = [(), *((trigger,) for trigger in zeros), *([tuple(zeros)] if len(zeros) > 1 else [])]
+    modes = dict.fromkeys(_obeying_all(system, begin, states, triggers) for triggers in others)
+    pose = system.pose(begin.q)
+    possible = (own for own in modes if is_solvable(_problem(system, begin, pose, own), own))
+    return Leaving.worst(_leaving_along(system, arc, own) for own in possible)
+
+
 def _zeros(orders: Orders) -> dict[Trigger, Zero]:
     """Return the laws of a selection that hold within round-off only."""
     return {trigger: known for trigger, known in orders.items() if isinstance(known, Zero)}
@@ -125,9 +143,7 @@ def _of_left_out(
     m/s²).
     """
     state, states = arc.start, arc.mode.states
-    others = states
-    for trigger in violated:
-        others = put(others, trigger.index, _obeying(system, state, trigger))
+    others = _obeying_all(system, state, states, violated)
     problem = _problem(system, state, system.pose(state.q), others)
     if not is_solvable(problem, others):
         # Others hold it: no motion is left out.
@@ -145,8 +161,7 @@ def _of_left_out(
 
 def _leaving_along(system: HybridSystem, arc: Arc, states: States) -> Leaving:
     """Return how a small change goes on in a mode along an arc: as at the worst of its times."""
-    every = [leaving(system, state, states) for state in _states_along(arc)]
-    return Leaving(max(own.growth for own in every), min(own.slowest for own in every))
+    return Leaving.worst(leaving(system, state, states) for state in _states_along(arc))
 
 
 def _states_along(arc: Arc) -> list[HybridState]:
@@ -195,6 +210,15 @@ def _accelerations(problem: Problem, force: Pair, shares: Sequence[Share]) -> Pa
     """Return the accelerations (rad/s²) by a generalized force (N m) alone."""
     (a, b), _ = accelerated(problem.equations._replace(r=force), shares)
     return float(a), float(b)
+
+
+def _obeying_all(
+    system: HybridSystem, state: HybridState, states: States, triggers: Iterable[Trigger]
+) -> States:
+    """Return the states in which elements obey the laws of some events."""
+    for trigger in triggers:
+        states = put(states, trigger.index, _obeying(system, state, trigger))
+    return states
 
 
 def _obeying(system: HybridSystem, state: HybridState, trigger: Trigger) -> ContactState:

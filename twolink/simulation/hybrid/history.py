@@ -20,7 +20,7 @@ from twolink.simulation.hybrid.compiled import CompiledMode
 from twolink.simulation.hybrid.doubts import undecided_at
 from twolink.simulation.hybrid.doubts_of_jump import of_flat_event
 from twolink.simulation.hybrid.doubts_of_start import doubts_of_start
-from twolink.simulation.hybrid.doubts_of_zeros import of_arc
+from twolink.simulation.hybrid.doubts_of_zeros import leaving_later, of_arc
 from twolink.simulation.hybrid.edge_of_dent import doubts_with_rise
 from twolink.simulation.hybrid.effort import Effort, Work
 from twolink.simulation.hybrid.event_order import doubts_on_order
@@ -143,6 +143,7 @@ class History:
         self.since.append(float(arc.start.t) + following.delay)
         if self._watches and self.unseen is None:
             self.unseen = passed_change(self.system, arc)
+        self._go_on(arc, following)
         self.doubts += of_arc(self.system, arc, following.orders)
         if not arc.doubts:
             return ()
@@ -150,6 +151,14 @@ class History:
         before, undecided = undecided_at(doubts, float(arc.end.t))
         self._doubt(before)
         return undecided
+
+    def _go_on(self, arc: Arc, following: Jump) -> None:
+        """Let the motion by accelerations that were left out go on along an arc."""
+        if not any(doubt.rate for doubt in self.doubts):
+            return
+        later = leaving_later(self.system, arc, following.orders)
+        if later is not None:
+            self.doubts = [doubt.since(float(arc.start.t), later) for doubt in self.doubts]
 
     def _doubt(self, doubts: Sequence[Doubt]) -> None:
         """Keep doubts on events."""

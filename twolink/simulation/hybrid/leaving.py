@@ -41,7 +41,7 @@ def leaving(system: HybridSystem, state: HybridState, states: Sequence[ContactSt
     except (ArithmeticError, ValueError):
         # Functions of floats raise errors where those of arrays return NaN.
         return Leaving(math.inf, 0.0)
-    return Leaving(max(own.growth for own in found), min(own.slowest for own in found))
+    return Leaving.worst(found)
 
 
 def _by_slopes(system: HybridSystem, state: HybridState, free: Array, slopes: Any) -> Leaving:
@@ -56,7 +56,7 @@ def _by_slopes(system: HybridSystem, state: HybridState, free: Array, slopes: An
     # The last one is zero where no force acts along a free direction.
     held = exact[-1] and size_of(state.u) <= system.scales.of_rounded_start
     slowest = float(np.abs(found).min()) if held else 0.0
-    return Leaving(growth, slowest)
+    return Leaving(growth, slowest, float(np.abs(found).max(initial=0.0)))
 
 
 def _free_directions(

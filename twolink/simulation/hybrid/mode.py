@@ -108,11 +108,19 @@ class Leaving(NamedTuple):
     """How a small change of a state goes on: it grows by a rate (1/s), or is held back.
 
     A constant load moves a pose that is held back by up to twice its acceleration divided by the
-    square of the `slowest` rate (1/s), which is 0 where the chain is free.
+    square of the `slowest` rate (1/s), which is 0 where the chain is free. The speeds (rad/s) that
+    follow from a change of angles (rad) are at most those of the `fastest` rate (1/s).
     """
 
     growth: float
     slowest: float
+    fastest: float = 0.0
+
+    @classmethod
+    def worst(cls, every: Iterable[Leaving]) -> Leaving:
+        """Return one by which a change may go on as by the worst of several."""
+        growth, slowest, fastest = zip(*every, strict=True)
+        return cls(max(growth), min(slowest), max(fastest))
 
 
 _FREE = Leaving(0.0, 0.0)
@@ -127,7 +135,8 @@ class Doubt(NamedTuple):
     within its error `until` a time (s). A doubt counts only if the error of an angle may be
     `within` (rad), and if it `matters`: whether another choice leads to another motion is computed
     where it is asked for. A choice that leaves out an acceleration has its `rate` (rad/s²); the
-    motion that it causes goes on as a change `leaving` the state.
+    motion that it causes goes on as a change `leaving` the state, and as `later` ones from their
+    times (s) on, where the chain rests in other modes.
     """
 
     time: float
@@ -139,11 +148,20 @@ class Doubt(NamedTuple):
     matters: Callable[[], bool] = _always
     rate: float = 0.0
     leaving: Leaving = _FREE
+    later: tuple[tuple[float, Leaving], ...] = ()
 
     @property
     def may_be_endless(self) -> bool:
         """Whether its change has no bound, or grows until it has none."""
-        return math.isinf(self.change) or bool(self.rate and self.leaving.growth)
+        grows = self.leaving.growth or any(own.growth for _, own in self.later)
+        return math.isinf(self.change) or bool(self.rate and grows)
+
+    def since(self, time: float, later: Leaving) -> Doubt:
+        """Return the doubt with the motion by an acceleration that it leaves out from a time on."""
+        known = self.later[-1][1] if self.later else self.leaving
+        if not self.rate or time <= self.time or later == known:
+            return self
+        return self._replace(later=(*self.later, (time, later)))
 
 
 def doubt_of_change(time: float, trigger: Trigger, change: float) -> Doubt:
