@@ -71,6 +71,17 @@ def test_a_motion_that_is_left_out_goes_on_in_later_modes(held, begins):
     assert np.isinf(_drift(unknown, times)).all()
 
 
+@pytest.mark.parametrize("rate", [5.0, 300.0])
+def test_a_stiff_mode_turns_an_angle_that_was_left_out_into_a_speed(rate):
+    doubt = doubt_of_rate(0.5, Trigger(EventKind.BREAKS, 0, 1), 1e-7, Leaving(0.0, 0.0))
+    times = np.linspace(1.5, 2.5, 100)[1:]
+    found = _drift(doubt.since(1.5, Leaving(0.0, rate, rate)), times)
+    stages = [[(0.0, 1.0), (-rate * rate, t - 1.5)] for t in times]
+    known = [moved_by(0.0, 0.0, 1e-7, own) for own in stages]
+    assert (found >= known).all()
+    assert found[-1] <= 4 * max(known)
+
+
 def test_a_doubt_counts_if_it_matters_and_is_asked_only_within_the_error(run, judge):
     asked = []
 

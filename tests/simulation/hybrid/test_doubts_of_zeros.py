@@ -23,7 +23,10 @@ from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.loads import motor_loads
 from twolink.scene import Scene
+from twolink.simulation.hybrid.doubts_of_zeros import leaving_later
 from twolink.simulation.hybrid.jump import settle
+from twolink.simulation.hybrid.mode import Trigger
+from twolink.simulation.hybrid.noise import Zero
 from twolink.simulation.hybrid.run import hybrid_run
 from twolink.simulation.simulate import simulate
 
@@ -343,3 +346,18 @@ def test_a_motion_that_is_left_out_falls_where_the_chain_rests_later(excess):
     assert run.met == (excess == 0.0)
     far = simulate(replace(scene, duration=12.0), samples=2)
     assert (far.error == math.inf) == (excess > 0.0)
+
+
+def test_a_motion_that_is_left_out_goes_on_as_by_a_mode_only_where_the_chain_rests():
+    """Where it moves, the difference of two runs shows how a change grows."""
+    effects = UPRIGHT, JointFriction((1.0, 1e3))
+    for speed, grows in ((0.0, False), (1e-9, None)):
+        scene = Scene(BARS, (0.0, 0.0), (speed, speed), 0.5, effects)
+        run = hybrid_run(scene, [0.0, 0.5], precision="double")
+        system = system_of(*effects)
+        found = leaving_later(system, run.arcs[0], {})
+        assert (found and bool(found.growth)) == grows
+    trigger = Trigger(E.BREAKS, 0, 1)
+    at_limit = Zero(1.0, 1e-17, 1e-16, 1e-16, True)
+    run = hybrid_run(replace(scene, u=(0.0, 0.0)), [0.0, 0.5], precision="double")
+    assert leaving_later(system, run.arcs[0], {trigger: at_limit}).growth > 2.0
