@@ -82,6 +82,14 @@ def test_a_stiff_mode_turns_an_angle_that_was_left_out_into_a_speed(rate):
     assert found[-1] <= 4 * max(known)
 
 
+def test_a_growth_beyond_all_numbers_has_no_bound():
+    doubt = doubt_of_rate(0.5, Trigger(EventKind.BREAKS, 0, 1), 1e-7, Leaving(2.0, 0.5))
+    times = np.array([0.4, 1.0, 500.0, 1e4])
+    assert list(np.isinf(_drift(doubt, times))) == [False, False, True, True]
+    resting = doubt._replace(leaving=Leaving(0.0, np.inf)).since(0.7, Leaving(2.0, 0.5))
+    assert list(np.isinf(_drift(resting, times))) == [False, False, True, True]
+
+
 def test_a_doubt_counts_if_it_matters_and_is_asked_only_within_the_error(run, judge):
     asked = []
 

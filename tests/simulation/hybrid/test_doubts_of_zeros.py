@@ -23,6 +23,7 @@ from twolink.effects.sampled_torque import SampledTorque
 from twolink.effects.surface import Surface
 from twolink.loads import motor_loads
 from twolink.scene import Scene
+from twolink.simulation.hybrid import doubts_of_zeros
 from twolink.simulation.hybrid.doubts_of_zeros import leaving_later
 from twolink.simulation.hybrid.jump import settle
 from twolink.simulation.hybrid.mode import Trigger
@@ -346,6 +347,15 @@ def test_a_motion_that_is_left_out_falls_where_the_chain_rests_later(excess):
     assert run.met == (excess == 0.0)
     far = simulate(replace(scene, duration=12.0), samples=2)
     assert (far.error == math.inf) == (excess > 0.0)
+
+
+def test_a_chain_that_rests_in_a_mode_goes_on_in_it_though_no_other_mode_is_possible(monkeypatch):
+    effects = UPRIGHT, JointFriction((1.0, 1e3))
+    scene = Scene(BARS, (0.0, 0.0), (0.0, 0.0), 0.5, effects)
+    run = hybrid_run(scene, [0.0, 0.5], precision="double")
+    monkeypatch.setattr(doubts_of_zeros, "is_solvable", lambda *_: False)
+    at_limit = {Trigger(E.BREAKS, 0, 1): Zero(1.0, 1e-17, 1e-16, 1e-16, True)}
+    assert leaving_later(system_of(*effects), run.arcs[0], at_limit) == (0.0, math.inf, 0.0)
 
 
 def test_a_motion_that_is_left_out_goes_on_as_by_a_mode_only_where_the_chain_rests():

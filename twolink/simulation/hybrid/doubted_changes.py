@@ -141,6 +141,8 @@ def _moved(
         away, fast = np.cosh(growth * passed), np.sinh(growth * passed)
         leaves = angle * away + speed * fast / growth + rate * (away - 1) / growth**2
         faster = growth * angle * fast + speed * away + rate * fast / growth
+    # Nothing times a growth without bound is no number; the load moves the chain without bound.
+    leaves, faster = (np.where(np.isnan(own), math.inf, own) for own in (leaves, faster))
     return np.maximum(angles, leaves), np.maximum(speeds, faster)
 
 

@@ -63,9 +63,7 @@ def of_arc(system: HybridSystem, arc: Arc, orders: Orders) -> tuple[Doubt, ...]:
         for trigger, own in {**known, **violated}.items()
         if own.excess and _is_decided(system, trigger, own) and not _moves_at_once(system, trigger)
     }
-    # Each of these elements may obey its law alone, or all of them at once.
-    together = [[trigger] for trigger in excess] + ([[*excess]] if len(excess) > 1 else [])
-    for triggers in together:
+    for triggers in _alone_and_together(excess):
         found += _of_left_out(system, arc, {trigger: excess[trigger] for trigger in triggers})
     return found
 
@@ -81,11 +79,16 @@ def leaving_later(system: HybridSystem, arc: Arc, orders: Orders) -> Leaving | N
     if any(begin.u) or any(end.u) or begin.q != end.q:
         return None
     zeros = [trigger for trigger in _zeros(orders) if trigger.kind in _LAWS]
-    others = [(), *((trigger,) for trigger in zeros), *([tuple(zeros)] if len(zeros) > 1 else [])]
-    modes = dict.fromkeys(_obeying_all(system, begin, states, triggers) for triggers in others)
+    others = (_obeying_all(system, begin, states, each) for each in _alone_and_together(zeros))
     pose = system.pose(begin.q)
-    possible = (own for own in modes if is_solvable(_problem(system, begin, pose, own), own))
-    return Leaving.worst(_leaving_along(system, arc, own) for own in possible)
+    possible = [own for own in others if is_solvable(_problem(system, begin, pose, own), own)]
+    return Leaving.worst(_leaving_along(system, arc, own) for own in (states, *possible))
+
+
+def _alone_and_together(triggers: Iterable[Trigger]) -> list[list[Trigger]]:
+    """Return each of some events alone, and all at once if there are several."""
+    every = list(triggers)
+    return [[trigger] for trigger in every] + ([every] if len(every) > 1 else [])
 
 
 def _zeros(orders: Orders) -> dict[Trigger, Zero]:
