@@ -50,14 +50,9 @@ def _over_absolute(question: Question, values: Array) -> Array:
     return values
 
 
-def _all_absolute(question: Question) -> Array:
-    """Return the answer to states taken as absolute."""
-    return question.answer(states=_absolute(question.states, _STATES))
-
-
-def _angles_absolute(question: Question) -> Array:
-    """Return the answer to angles taken as absolute."""
-    return question.answer(states=_absolute(question.states, ("angles",)))
+def _taken_as_absolute(question: Question, names: tuple[str, ...]) -> Array:
+    """Return the answer to states whose given fields are taken as absolute."""
+    return question.answer(states=_absolute(question.states, names))
 
 
 def _angles_and_answers_absolute(question: Question) -> Array:
@@ -273,8 +268,8 @@ ANSWER_MISTAKES: tuple[Mistake, ...] = (
     of_questions(
         "absolute-angles",
         "θ2 is taken as an absolute angle, not relative to link 1",
-        _all_absolute,
-        _angles_absolute,
+        partial(_taken_as_absolute, names=_STATES),
+        partial(_taken_as_absolute, names=_STATES[:1]),
         _angles_and_answers_absolute,
     ),
     of_questions(
