@@ -262,6 +262,23 @@ def test_errors_that_are_too_large_to_grow_in_proportion_bound_nothing():
     assert lanes_of(CALM, 15).is_linear
 
 
+def test_a_plan_of_smaller_truncation_errors_is_finer():
+    found = lanes_of(CALM, 15, 30.0)
+    assert found.is_coarser_than(BundlePlan(17, 30.0))
+    assert found.is_coarser_than(BundlePlan(15, 15.0))
+    for other in (BundlePlan(15, 30.0), BundlePlan(13, 30.0), BundlePlan(17, 30.0 * math.exp(5))):
+        assert not found.is_coarser_than(other)
+    spinning = Scene(BARS, (0.3, -0.4), (500.0, 500.0), 10.0, ())
+    assert lanes_of(spinning, 15, 5.0).is_coarser_than(BundlePlan(15, 1e5))
+
+
+def test_a_plan_does_not_see_truncation_errors_as_growth_of_round_off():
+    """Those of the third lane may exceed their ratio to the second one's by some times."""
+    coarse, fine = lanes_of(CALM, 11, 30.0), lanes_of(CALM, 19, 30.0)
+    assert coarse.of_round_off > 5 * fine.of_round_off
+    assert coarse.known.of_round_off < 3 * fine.of_round_off
+
+
 def test_a_fast_turn_is_resolved_by_more_times():
     """The speed of the tip of a whip peaks within a thousandth of a swing."""
     first = lanes_of(WHIP, 15, 30.0)

@@ -43,9 +43,9 @@ _LOWEST_ORDER = 7
 _ORDER_FOR_GROWTH = 11
 
 # The growth of errors before the first measurement. The first lane has the accuracy as well if it
-# is up to thirty times as large, as it is in four of ten random chains over 10 s. It costs few
-# chains a higher order, and saves others a second bundle.
-_GROWTH = 3e4
+# is up to thirty times as large, as it is in half of random chains over 10 s. It costs some chains
+# a higher order, by a tenth of their time, and saves others a second bundle.
+_GROWTH = 3e5
 
 # The least size of the state of the first lane: in the largest variable of the start, which others
 # may exceed later, and in the largest one of the motion.

@@ -81,6 +81,9 @@ _SATURATED = 4.0
 # most: a larger part of it comes from its start.
 _OF_TRUNCATION = 1.2
 
+# The same where its start is certainly the larger part.
+_FAR_BEYOND = 20.0
+
 # The distance of the third lane by its start, in that of the last lane by its own, in most motions.
 _OF_START = 4.0
 
@@ -204,8 +207,12 @@ class Bundled:
 
         That of the third lane's start, beside truncation errors in proportion to the second one's.
         """
+        return self._grown_beyond(_OF_TRUNCATION)
+
+    def _grown_beyond(self, of_truncation: float) -> Array:
+        """Return the growth that the third lane shows beyond a part of its truncation errors."""
         second, third = self._apart[SECOND].max(axis=0), self._apart[LONGEST].max(axis=0)
-        ratio = _OF_TRUNCATION * RATIOS[LONGEST] / RATIOS[SECOND]
+        ratio = of_truncation * RATIOS[LONGEST] / RATIOS[SECOND]
         beyond = np.maximum.accumulate(third) - ratio * np.maximum.accumulate(second)
         return np.maximum(beyond, 0.0) / self.moved
 
@@ -273,12 +280,21 @@ class Bundled:
 
     @property
     def known(self) -> Known:
-        """The motion as this bundle shows it."""
-        growth = self.growth
+        """The motion as this bundle shows it.
+
+        Lanes of smaller truncation errors show the growth across better, unless it is far larger.
+        """
+        growth, across = self.growth, float(self._grown_beyond(_FAR_BEYOND)[-1])
         if growth is not None and not self.is_linear:
             # Distances end at the size of the motion.
             growth *= _SATURATED
-        return Known(growth, self.largest, self.of_round_off)
+        of_round_off = max(self._growths[-1], self._growth.of_steps[-1], ON_EACH_STEP * across)
+        return Known(growth, self.largest, float(of_round_off))
+
+    def is_coarser_than(self, plan: BundlePlan) -> bool:
+        """Return whether another plan has smaller truncation errors, or those here are unknown."""
+        own = self._size * truncation(self.plan.order)
+        return self.growth is None or plan.size * truncation(plan.order) < own
 
     @property
     def is_linear(self) -> bool:

@@ -203,6 +203,8 @@ class _Search:
             measured = self._of_bundle(found)
             if measured is None:
                 plan = bundle_plan(self.accuracy, start, found.known)
+                if plan is not None and not found.is_coarser_than(plan):
+                    return
             elif found.is_resolved:
                 yield measured
                 return
