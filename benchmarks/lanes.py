@@ -52,9 +52,9 @@ def made(scene: Scene, order: int, size: float, times: Array) -> Bundled:
             scene, times, BundlePlan(order, size), formulation="momenta",
             longest_step=default_longest_step(scene), visit=visit,
         )  # fmt: skip
-        if found.is_resolved:
+        if found.lanes.is_resolved:
             break
-        visit = found.places
+        visit = found.lanes.places
     return found
 
 
@@ -66,7 +66,7 @@ def looked_at(scene: Scene, order: int, size: float, exact: Array) -> Found | No
         coarse = made(scene, order, size, times[:: TIMES // (COARSE - 1)])
     except SimulationError:
         return None
-    if fine.bounds is None or coarse.bounds is None or not coarse.is_resolved:
+    if fine.bounds is None or coarse.bounds is None or not coarse.lanes.is_resolved:
         return None
     errors = (
         float(np.abs(np.concatenate([run.q, run.u]) - exact).max())

@@ -125,11 +125,12 @@ ROWS = {
         "flows quadrature rates steps visited",
         "growth_along integrators lane_run",
         "bundled",
-        "numeric stiffness taylor",
+        "measured numeric stiffness taylor",
         "linear",
         "correction defect error_bounds residuals round_off",
         "prediction runs step_errors",
         "corrected pairs",
+        "bundle_search",
         "measure",
     ],
     "twolink.simulation.hybrid": [

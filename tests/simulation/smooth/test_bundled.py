@@ -218,7 +218,7 @@ def test_a_motion_that_becomes_slow_is_compared_at_few_times():
                  (Gravity(), JointDamping((0.0, 0.3))))  # fmt: skip
     found = lanes_of(fast)
     assert found.grid.size < 1200
-    assert lanes_of(fast, visit=found.places).is_resolved
+    assert lanes_of(fast, visit=found.lanes.places).lanes.is_resolved
 
 
 def test_the_growth_is_that_of_a_truncation_error():
@@ -282,9 +282,9 @@ def test_a_plan_does_not_see_truncation_errors_as_growth_of_round_off():
 def test_a_fast_turn_is_resolved_by_more_times():
     """The speed of the tip of a whip peaks within a thousandth of a swing."""
     first = lanes_of(WHIP, 15, 30.0)
-    assert not first.is_resolved
-    again = lanes_of(WHIP, 15, 30.0, first.places)
-    assert again.is_resolved
+    assert not first.lanes.is_resolved
+    again = lanes_of(WHIP, 15, 30.0, first.lanes.places)
+    assert again.lanes.is_resolved
     seen, peak = (np.abs(found.found.motions[0, 2:]).max() for found in (first, again))
     assert peak > 3 * seen
     assert again.estimate > 10 * first.estimate
@@ -292,8 +292,8 @@ def test_a_fast_turn_is_resolved_by_more_times():
 
 @pytest.mark.parametrize("scene", [CALM, WHIP])
 def test_lanes_are_compared_in_each_step_of_the_last_one(scene):
-    found = lanes_of(scene, visit=lanes_of(scene).places)
-    assert found.is_resolved
+    found = lanes_of(scene, visit=lanes_of(scene).lanes.places)
+    assert found.lanes.is_resolved
     ends = np.array([0.0, *found.found.ends[LONGEST, : found.found.steps[LONGEST]]])
     for begin, end in pairwise(ends):
         assert np.any((found.grid > begin) & (found.grid <= end))
@@ -305,8 +305,8 @@ def test_a_long_motion_is_resolved():
     long = Scene(chain, (1.5, 1.4), (0.1, 0.0), 700.0, GRAVITY)
     assert long.duration > 2 * 500 * default_longest_step(long)
     found = lanes_of(long, 15, 30.0)
-    again = lanes_of(long, 15, 30.0, found.places)
-    assert again.is_resolved
+    again = lanes_of(long, 15, 30.0, found.lanes.places)
+    assert again.lanes.is_resolved
     repeated = np.diff(again.found.ends[LONGEST]) == 0
     assert np.count_nonzero(repeated) > 2
 
@@ -315,11 +315,11 @@ def test_a_long_motion_is_resolved():
 def test_places_of_a_bundle_resolve_a_later_one(order, size):
     """Its steps are shorter, or longer, and its motion is another one where errors are large."""
     coarse = lanes_of(WHIP, 13, 300.0)
-    assert not coarse.is_resolved
-    later = lanes_of(WHIP, order, size, coarse.places)
-    assert later.is_resolved
+    assert not coarse.lanes.is_resolved
+    later = lanes_of(WHIP, order, size, coarse.lanes.places)
+    assert later.lanes.is_resolved
     # No times are compared that the motion does not need.
-    assert len(later.grid) <= len(coarse.places) + len(times_of(WHIP))
+    assert len(later.grid) <= len(coarse.lanes.places) + len(times_of(WHIP))
 
 
 def test_comparison_at_more_times_leaves_the_motion_as_it_is():

@@ -22,7 +22,7 @@ from twolink.scene import Scene
 from twolink.simulation.smooth import measure, prediction
 from twolink.simulation.smooth import runs as runs_module
 from twolink.simulation.smooth.bundle_plan import BundlePlan
-from twolink.simulation.smooth.bundled import bundled
+from twolink.simulation.smooth.bundle_search import BundleSearch
 from twolink.simulation.smooth.corrected import CorrectedRun
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
@@ -75,21 +75,6 @@ def measured(scene, accuracy, times=TIMES, correct=True, formulation="momenta"):
     return measured_run(
         scene, times, accuracy, formulation, quiet, correct=correct, pace=pace_of(scene)
     )
-
-
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-12])
-@pytest.mark.parametrize("name", ["reference", "damped", "one mass is 400 times the other"])
-def test_a_bound_on_round_off_replaces_its_measure_where_it_is_negligible(
-    name, accuracy, monkeypatch
-):
-    """The error is larger by a sixteenth at most, and the motion the same."""
-    quick = measured(HARD[name], accuracy)
-    assert quick.worst <= accuracy
-    monkeypatch.setattr(measure, "_NEGLIGIBLE", -1.0)
-    in_detail = measured(HARD[name], accuracy)
-    assert np.array_equal(quick.kept.q, in_detail.kept.q)
-    assert in_detail.worst <= quick.worst <= 1.07 * in_detail.worst
-    assert (quick.worst == in_detail.worst) == (accuracy < 1e-10)
 
 
 def true_errors(found, exact):
@@ -385,11 +370,21 @@ def test_the_error_is_unknown_where_round_off_has_grown_beyond_proportion():
 def test_a_growth_that_lanes_have_shown_takes_no_run():
     made = Runs(HARD["reference"], TIMES, "momenta", quiet, 1.0)
     search = measure._Search(made, 1e-6, True, False)
-    assert search._of_bundle(made.bundle(BundlePlan(13, 30.0))) is None
-    assert np.isfinite(search.pairs.growth.from_start).all()
+    lanes = BundleSearch(made, search.pairs, 1e-6, search.prediction)
+    assert lanes.lane_of(made.bundle(BundlePlan(13, 30.0))) is None
     count = len(made.made)
     next(search._judged_by_order("double"))
     assert len(made.made) == count + 2
+
+
+def test_a_failed_bundle_leaves_the_motion_to_other_runs(monkeypatch):
+    def fails(*given, **options):
+        raise IntegrationError("lanes")
+
+    monkeypatch.setattr(runs_module, "bundled", fails)
+    found = measured(HARD["reference"], 1e-6)
+    assert found.worst <= 1e-6
+    assert found.runs
 
 
 def test_a_run_well_above_round_off_is_judged_in_its_own_precision():
@@ -408,47 +403,6 @@ def test_own_effects_are_judged_by_two_runs():
     assert not any(isinstance(run, LaneRun) for run in found.runs)
     # A run that has passed the wall unseen would take 1.6 million steps deep inside it.
     assert max(run.steps for run in found.runs) < 2000
-
-
-def test_a_bundle_that_is_not_resolved_is_made_again():
-    made = []
-
-    def kept(*given, **options):
-        made.append(bundled(*given, **options))
-        return made[-1]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runs_module, "bundled", kept)
-        found = measured(WHIP, 1e-3, np.array([0.0, 4.0]))
-    assert isinstance(found.kept, LaneRun)
-    assert not made[0].is_resolved
-    assert made[-1].is_resolved
-    assert len(found.runs) == len(made) > 1
-
-
-def test_the_first_lane_is_the_result_if_only_it_has_the_accuracy(monkeypatch):
-    plan = BundlePlan(15, 30.0)
-    monkeypatch.setattr(measure, "bundle_plan", lambda *given: plan)
-    hard = HARD["calm"]
-    exact = taylor_run(hard, TIMES, formulation="kane", precision="quadruple")
-    coarse = measured(hard, 1e-3)
-    fine = measured(hard, coarse.worst / 5)
-    assert [coarse.kept.lane.number, fine.kept.lane.number] == [1, 0]
-    for found in (coarse, fine):
-        assert found.kept.order == 15
-        assert all(isinstance(run, LaneRun) for run in found.runs)
-        assert np.all(true_errors(found.kept, exact) <= found.errors)
-    assert true_errors(coarse.kept, exact).max() > 0.1 * coarse.worst
-
-
-def test_a_failed_bundle_leaves_the_motion_to_other_runs(monkeypatch):
-    def fails(*given, **options):
-        raise IntegrationError("lanes")
-
-    monkeypatch.setattr(runs_module, "bundled", fails)
-    found = measured(HARD["reference"], 1e-6)
-    assert found.worst <= 1e-6
-    assert found.runs
 
 
 def test_near_round_off_a_run_is_judged_by_its_own_defect():

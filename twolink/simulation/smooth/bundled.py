@@ -28,7 +28,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -68,10 +67,6 @@ _LEAST_PART = 0.25
 # The largest distance of two lanes over which errors grow in proportion: of angles (rad), and of
 # speeds as a part of the largest speed, or of 1 rad/s.
 _LINEAR = 0.1
-
-# The longest steps, those of the third lane, without a comparison. Each is less than 0.4 of
-# the radius of convergence of the series, in half of which an error that grows changes little.
-_STEPS_BETWEEN = 2
 
 # A factor on the growth that errors show which are too large to grow in proportion: it was larger
 # in one of ten random motions. A larger one would leave too little room for lanes.
@@ -276,7 +271,7 @@ class Bundled:
 
         That may be a part of one.
         """
-        return np.diff(self.places)[:-1]
+        return np.diff(self.lanes.places)[:-1]
 
     @property
     def known(self) -> Known:
@@ -302,34 +297,6 @@ class Bundled:
         fastest = max(1.0, float(np.abs(self.found.motions[FIRST, 2:]).max()))
         angles, speeds = self._apart[:, :2].max(), self._apart[:, 2:].max()
         return bool(max(angles, speeds / fastest) <= _LINEAR)
-
-    @property
-    def is_resolved(self) -> bool:
-        """Whether the lanes are compared so often that the error has no peaks between."""
-        return not self._unseen(_STEPS_BETWEEN).any()
-
-    @cached_property
-    def places(self) -> Array:
-        """Times (s) at which later lanes are to be compared: the ends of the first lane's steps.
-
-        The first lane has the shortest steps, and is the nearest to the motion of later ones.
-        """
-        return self._boundaries(FIRST)
-
-    @cached_property
-    def _steps(self) -> Array:
-        """The boundaries (s) of the longest steps."""
-        return self._boundaries(LONGEST)
-
-    def _boundaries(self, lane: int) -> Array:
-        """Return where the steps of a lane begin and end (s): it waits where others go on."""
-        ends = np.concatenate([[-1.0, 0.0], self.found.ends[lane]])
-        return ends[1:][ends[1:] > ends[:-1]]
-
-    def _unseen(self, count: int) -> Any:
-        """Return whether so many of the longest steps, from each on, have no comparison."""
-        known = np.searchsorted(self.grid, self._steps, side="right")
-        return known[count:] == known[:-count]
 
 
 def bundled(

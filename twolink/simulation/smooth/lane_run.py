@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from time import perf_counter
 from typing import Any
 
@@ -13,11 +14,15 @@ from twolink.integration.operations import Operations, of_taylor_step
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.run import Array, Lane, Recipe
-from twolink.simulation.smooth.bundles import BUNDLES, Bundle, Followed, Starts
+from twolink.simulation.smooth.bundles import BUNDLES, FIRST, LONGEST, Bundle, Followed, Starts
 from twolink.simulation.smooth.longest_step import default_longest_step
 from twolink.simulation.smooth.visited import Visited, VisitingRun
 from twolink.times import merged
 from twolink.values import Content
+
+# The longest steps, those of the third lane, without a comparison. Each is less than 0.4 of
+# the radius of convergence of the series, in half of which an error that grows changes little.
+_STEPS_BETWEEN = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +96,25 @@ class Lanes:
     found: Followed
     compile_seconds: float
     run_seconds: float
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether the lanes are compared so often that their distance has no peaks between."""
+        known = np.searchsorted(self.grid, self.boundaries(LONGEST), side="right")
+        return not (known[_STEPS_BETWEEN:] == known[:-_STEPS_BETWEEN]).any()
+
+    @cached_property
+    def places(self) -> Array:
+        """Times (s) at which later lanes are to be compared: the ends of the first lane's steps.
+
+        The first lane has the shortest steps, and is the nearest to the motion of later ones.
+        """
+        return self.boundaries(FIRST)
+
+    def boundaries(self, lane: int) -> Array:
+        """Return where the steps of a lane begin and end (s): it waits where others go on."""
+        ends = np.concatenate([[-1.0, 0.0], self.found.ends[lane]])
+        return ends[1:][ends[1:] > ends[:-1]]
 
     def run(self, number: int, times: Array) -> LaneRun:
         """Return a lane as a run, at some times (s) of the grid."""

@@ -50,10 +50,8 @@ from twolink.scene import Scene
 from twolink.simulation.compilation_thread import CompilationThread
 from twolink.simulation.run import Array, MotionRun
 from twolink.simulation.shortened import UnseenError
-from twolink.simulation.smooth.bundle_plan import Bounds, bundle_plan
-from twolink.simulation.smooth.bundled import Bundled, start_of
+from twolink.simulation.smooth.bundle_search import BundleSearch
 from twolink.simulation.smooth.corrected import corrected_run
-from twolink.simulation.smooth.growth_along import is_conservative
 from twolink.simulation.smooth.judging import (
     MARGIN_OF_JUDGES,
     MARGIN_OF_LIKE_PRECISIONS,
@@ -62,6 +60,7 @@ from twolink.simulation.smooth.judging import (
     truncation,
 )
 from twolink.simulation.smooth.longest_step import Pace
+from twolink.simulation.smooth.measured import Measured
 from twolink.simulation.smooth.moved_start import ON_EACH_STEP
 from twolink.simulation.smooth.pairs import Pair, Pairs
 from twolink.simulation.smooth.prediction import Prediction
@@ -71,17 +70,11 @@ from twolink.simulation.smooth.step_errors import StepErrors
 from twolink.simulation.smooth.taylor import TaylorRun
 from twolink.simulation.smooth.visited import VisitingRun
 
-# The most bundles of lanes for one motion.
-_BUNDLES = 4
-
 # The part of the accuracy for the expected round-off of a run above which its defect is evaluated
 # in longer numbers at once: above it, the round-off of its own precision leaves too little room in
 # most motions. An evaluation in long doubles costs a third more than one in double precision, and
 # one in quadruple precision five times as much as one in long doubles.
 _OF_ESTIMATE: dict[PrecisionName, float] = {"double": 0.05, "long double": 0.25}
-
-# The part of the error of a lane that a bound on its round-off may add to it.
-_NEGLIGIBLE = 1 / 16
 
 # The number of times that steps are shortened for the errors to be carried over them.
 _SHORTENINGS = 4
@@ -96,26 +89,6 @@ _OF_RAW_ROUND_OFF = 0.2
 
 # Allowance for the growth of truncation errors, where only that of round-off is known.
 _PESSIMISM = 10.0
-
-
-@dataclass(frozen=True)
-class Measured:
-    """The result, its largest error up to each time (rad, rad/s), and all runs.
-
-    All compilation took `compile_seconds`. `why_unknown` says why errors are infinite, where they
-    are.
-    """
-
-    kept: MotionRun
-    errors: Array
-    runs: tuple[VisitingRun, ...]
-    compile_seconds: float = 0.0
-    why_unknown: str = "it grows beyond what can be measured"
-
-    @property
-    def worst(self) -> float:
-        """The largest error (rad, rad/s)."""
-        return float(self.errors.max())
 
 
 def measured_run(
@@ -187,67 +160,12 @@ class _Search:
 
     def _bundled(self) -> Iterator[Measured]:
         """Yield the lane of a bundle that has the accuracy, if double precision gives it."""
-        start = start_of(self.runs.scene, self.runs.formulation, self.runs.longest_step)
-        plan = bundle_plan(self.accuracy, start)
-        follows_errors = not is_conservative(self.runs.scene.effects)
-        if follows_errors or (plan and plan.order >= PRECISIONS["double"].truncated_order):
-            # The derivatives of rates are needed for the growth of errors, or, near round-off, for
-            # those of a run by its defect.
-            self.runs.expect_errors()
-        for _ in range(_BUNDLES):
-            found = None if plan is None else self.runs.bundle(plan)
-            if found is None:
-                return
-            if follows_errors:
-                self.compile_seconds += self.runs.wait_for_errors()
-            measured = self._of_bundle(found)
-            if measured is None:
-                plan = bundle_plan(self.accuracy, start, found.known)
-                if plan is not None and not found.is_coarser_than(plan):
-                    return
-            elif found.is_resolved:
-                yield measured
-                return
-            # Otherwise the same lanes are compared at more times.
-
-    def _of_bundle(self, found: Bundled) -> Measured | None:
-        """Return the lane of a bundle that has the accuracy, with an error for the whole motion.
-
-        It is the second one, whose error is nearly its distance from the first, or else the first.
-        """
-        if found.growth is None:
-            return None
-        bounds = found.bounds
-        if bounds is not None and bounds.first <= self.accuracy:
-            bound = bounds.second if bounds.second <= self.accuracy else bounds.first
-            shared = self.pairs.shared_at_most(found.first, found.of_round_off)
-            measured = self._of_lanes(found, bounds, shared)
-            if measured is not None and shared <= _NEGLIGIBLE * bound:
-                return measured
-        return self._of_bundle_in_detail(found)
-
-    def _of_bundle_in_detail(self, found: Bundled) -> Measured | None:
-        """Return the same, by the round-off that two lanes share; further runs learn from it."""
-        grown = found.grown_at(self.runs.times)
-        self.prediction = self.prediction.learned(grown)
-        if found.is_linear:
-            self.pairs.growth = found.round_off_growth_at(self.runs.times)
-        bounds = found.bounds
-        if bounds is None or bounds.first > self.accuracy:
-            return None
-        # The first lane has the more steps.
-        every = self.pairs.shared(found.first, grown)
-        self.prediction = self.prediction.sharing(every, PRECISIONS["double"].rounding)
-        rounded = rounding_until(found.first, self.runs.times)
-        return self._of_lanes(found, bounds, float((every + rounded).max()))
-
-    def _of_lanes(self, found: Bundled, bounds: Bounds, round_off: float) -> Measured | None:
-        """Return the lane that has the accuracy, with its error over the whole motion."""
-        for kept, bound in ((found.second, bounds.second), (found.first, bounds.first)):
-            if bound + round_off <= self.accuracy:
-                errors = np.full(len(self.runs.times), bound + round_off)
-                return Measured(kept, errors, tuple(self.runs.made))
-        return None
+        bundles = BundleSearch(self.runs, self.pairs, self.accuracy, self.prediction)
+        found = bundles.found()
+        self.prediction = bundles.prediction
+        self.compile_seconds += bundles.compile_seconds
+        if found is not None:
+            yield found
 
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""

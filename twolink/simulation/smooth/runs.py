@@ -136,7 +136,7 @@ class Runs:
             # A run of its own shows whether the motion itself fails.
             return None
         self.made.append(found.first)
-        self.visit = found.places
+        self.visit = found.lanes.places
         return found
 
     def expect(self, precision: PrecisionName, order: int) -> None:
