@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from textwrap import indent
 from types import SimpleNamespace
 
 import pytest
@@ -270,44 +271,71 @@ def test_a_signal_that_comes_while_an_exception_is_reported_ends_the_program(wro
     assert (run.returncode, run.stdout) == (143, "")
 
 
-@pytest.mark.parametrize("rest", ["time.sleep(30)", "pass"])
-@pytest.mark.parametrize("later", ["time.sleep(30)", "pass"])
-def test_a_signal_that_an_import_catches_ends_the_program(later, rest, tmp_path):
-    """Libraries import optional ones, and continue after any exception."""
-    optional = "import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n"
-    library = f"import time\ntry:\n    import optional\nexcept BaseException:\n    pass\n{later}\n"
-    for name, text in (("optional", optional), ("library", library)):
-        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
-    program = (
+STRUCK = "import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\nprint('imported', flush=True)\n"
+
+
+def ended_with(modules, body, folder):
+    """Return how a program ends that may import some modules, by their names, from a folder."""
+    for name, text in modules.items():
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    return ended(
         "import sys, time\n"
         "from twolink.cli.program import _ended_by_signals\n"
-        f"sys.path.insert(0, {str(tmp_path)!r})\n"
+        f"sys.path.insert(0, {str(folder)!r})\n"
         "with _ended_by_signals():\n"
-        "    import library\n"
-        f"    {rest}\n"
+        f"{indent(body, '    ')}\n"
         "print('alive')\n"
     )
-    run = ended(program)
-    assert (run.returncode, run.stdout, run.stderr) == (143, "", "")
 
 
-def test_a_signal_that_ends_an_import_is_not_sent_again(tmp_path):
-    """What is put away at the end is not interrupted."""
-    text = "import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n"
-    (tmp_path / "struck.py").write_text(text, encoding="utf-8")
-    program = (
-        "import sys, time\n"
-        "from twolink.cli.program import _ended_by_signals\n"
-        f"sys.path.insert(0, {str(tmp_path)!r})\n"
-        "with _ended_by_signals():\n"
-        "    try:\n"
-        "        import struck\n"
-        "    finally:\n"
-        "        time.sleep(0.3)\n"
-        "        print('put away')\n"
+CAUGHT = "try:\n    import optional\nexcept BaseException:\n    pass\n"
+
+
+@pytest.mark.parametrize("rest", ["time.sleep(30)", "pass"])
+@pytest.mark.parametrize("later", ["time.sleep(30)", "pass"])
+def test_a_signal_that_an_import_would_catch_ends_the_program(later, rest, tmp_path):
+    """Libraries import optional ones, and continue after any exception."""
+    modules = {"optional": STRUCK, "library": f"import time\n{CAUGHT}{later}\n"}
+    run = ended_with(modules, f"import library\n{rest}", tmp_path)
+    assert (run.returncode, run.stdout, run.stderr) == (143, "imported\n", "")
+
+
+@pytest.mark.parametrize("rest", ["time.sleep(30)", "pass"])
+@pytest.mark.parametrize("path", ["import", "search"])
+def test_a_signal_that_is_caught_outside_of_all_modules_ends_the_program(path, rest, tmp_path):
+    """The module that is imported, or still looked for, is lost with the exception."""
+    search = (
+        "class Finder:\n"
+        "    def find_spec(self, *given):\n"
+        "        if given[0] == 'optional':\n"
+        "            import os, signal\n"
+        "            os.kill(os.getpid(), signal.SIGTERM)\n"
+        "sys.meta_path.insert(0, Finder())\n"
     )
-    run = ended(program)
-    assert (run.returncode, run.stdout, run.stderr) == (143, "put away\n", "")
+    body = f"{CAUGHT}{rest}" if path == "import" else f"{search}{CAUGHT}{rest}"
+    text = STRUCK if path == "import" else "print('imported', flush=True)\n"
+    run = ended_with({"optional": text}, body, tmp_path)
+    assert (run.returncode, run.stdout, run.stderr) == (143, "imported\n", "")
+
+
+def test_a_module_that_never_ends_is_interrupted(tmp_path):
+    text = f"{STRUCK}import time\ntime.sleep(30)\n"
+    run = ended_with({"own": text}, "import own", tmp_path)
+    assert (run.returncode, run.stdout, run.stderr) == (143, "imported\n", "")
+
+
+def test_a_signal_that_was_raised_is_not_sent_again(tmp_path):
+    """The end of the work is not interrupted."""
+    body = (
+        "try:\n"
+        "    import struck\n"
+        "    time.sleep(30)\n"
+        "finally:\n"
+        "    time.sleep(0.3)\n"
+        "    print('put away')"
+    )
+    run = ended_with({"struck": STRUCK}, body, tmp_path)
+    assert (run.returncode, run.stdout, run.stderr) == (143, "imported\nput away\n", "")
 
 
 def test_other_errors_of_destructors_are_reported():

@@ -6,6 +6,7 @@ was ended by SIGINT, SIGTERM and SIGHUP.
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import signal
@@ -26,9 +27,15 @@ from twolink.errors import BrowserError, FileError, IntegrationError, TwolinkErr
 from twolink.interruptible import begun
 from twolink.text import choice, one_line, quoted
 
-# Seconds until a signal is sent again whose exception was lost in a library, and from then on until
-# it is raised. In this time an exception leaves all modules that are being imported.
+# Seconds until a signal is sent again that waited, or whose exception was lost in a library,
+# and from then on until it is raised.
 _AGAIN_EVERY = 0.1
+
+# Seconds for which a signal waits for the end of an import: a module of one's own may never end.
+_LONGEST_IMPORT = 2.0
+
+# Python's import in Python's own code, by the names of its files.
+_IMPORT = "<frozen importlib._bootstrap"
 
 # Errors of valid commands that failed.
 _FAULTS = (BrowserError, FileError, IntegrationError)
@@ -108,8 +115,8 @@ class _Signals:
     """Signals that end the work: raised as `SystemExit`, and sent again where that is lost.
 
     Python reports exceptions of destructors and of some C code by `sys.unraisablehook`, and
-    continues without them. Libraries import optional ones, and continue after any exception: it is
-    lost if the module that is being imported stays in `sys.modules`.
+    continues without them. Libraries import optional modules, and continue after any exception, so
+    that a signal waits until no module is being imported.
     """
 
     def __init__(self) -> None:
@@ -117,16 +124,18 @@ class _Signals:
         self.received: list[int] = []
         self.report = sys.unraisablehook
         self._raised = self._reporting = self._watches = self._closed = False
-        self._imported = ""
+        self._first = math.inf
 
     def end(self, number: int, frame: FrameType | None) -> None:
-        """Raise `SystemExit` on a signal, but not in the hook, which would lose it again."""
+        """Raise `SystemExit` on a signal, but not where it would be lost: then it is sent again."""
         self.received.append(number)
-        if not self._reporting:
-            self._raised, self._imported = True, _outermost_import(frame)
-            if self._imported:
-                self._watch()
-            raise SystemExit(128 + number)
+        self._first = min(self._first, time.monotonic())
+        waits = _is_importing(frame) and time.monotonic() < self._first + _LONGEST_IMPORT
+        if self._reporting or waits:
+            self._watch()
+            return
+        self._raised = True
+        raise SystemExit(128 + number)
 
     def unraisable(self, lost: Any) -> None:
         """Send a signal again whose exception was lost, or that comes now; report all else."""
@@ -140,7 +149,7 @@ class _Signals:
         self._reporting = False
 
     def _watch(self) -> None:
-        """Send the last signal again whenever it is lost."""
+        """Send the last signal again until it is raised, and whenever it is lost."""
         if not self._watches:
             self._watches = True
             begun(self._send_again)
@@ -148,8 +157,7 @@ class _Signals:
     def _send_again(self) -> None:
         while not self._closed:
             time.sleep(_AGAIN_EVERY)
-            lost = not self._raised or self._imported in sys.modules
-            if lost and not self._closed:
+            if not (self._raised or self._closed):
                 os.kill(os.getpid(), self.received[-1])
 
     def close(self) -> None:
@@ -157,21 +165,13 @@ class _Signals:
         self._closed = True
 
 
-def _outermost_import(frame: FrameType | None) -> str:
-    """Return the name of the first module that is being imported, or an empty string."""
-    found = ""
+def _is_importing(frame: FrameType | None) -> bool:
+    """Return whether a frame or one of its callers belongs to an import that has not ended."""
     while frame is not None:
-        name = frame.f_globals.get("__name__", "")
-        if frame.f_code.co_name == "<module>" and _is_imported_now(name):
-            found = name
+        if frame.f_code.co_filename.startswith(_IMPORT):
+            return True
         frame = frame.f_back
-    return found
-
-
-def _is_imported_now(name: str) -> bool:
-    spec = getattr(sys.modules.get(name), "__spec__", None)
-    # Python has no public name for it.
-    return bool(getattr(spec, "_initializing", False))
+    return False
 
 
 @contextmanager
