@@ -74,7 +74,7 @@ def clear_of_impacts(times, run):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("angle", "scenes"), [(-1.1, 3), (math.pi / 2, 40)])
+@pytest.mark.parametrize(("angle", "scenes"), [(-1.1, 3), (math.pi / 2, 20)])
 def test_a_turned_scene_has_the_turned_motion(angle, scenes):
     """Scenes of all effects, at rest, in contact, stretched and folded.
 
@@ -119,8 +119,8 @@ SMALL, LARGE = Units(length=-14, mass=-20, time=-2), Units(length=10, mass=7, ti
     [
         (draw_scene, 0, 2),
         (draw_coincidence, 0, 2),
-        pytest.param(draw_scene, 2, 28, marks=pytest.mark.slow),
-        pytest.param(draw_coincidence, 2, 28, marks=pytest.mark.slow),
+        pytest.param(draw_scene, 2, 14, marks=pytest.mark.slow),
+        pytest.param(draw_coincidence, 2, 14, marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.parametrize(
@@ -178,8 +178,8 @@ def test_a_slide_takes_as_many_steps_over_any_time(power):
     [
         (draw_scene, 18, 2),
         (draw_coincidence, 0, 2),
-        pytest.param(draw_scene, 2, 16, marks=pytest.mark.slow),
-        pytest.param(draw_coincidence, 2, 16, marks=pytest.mark.slow),
+        pytest.param(draw_scene, 2, 10, marks=pytest.mark.slow),
+        pytest.param(draw_coincidence, 2, 10, marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.parametrize("restate", RESTATEMENTS.values(), ids=RESTATEMENTS)
