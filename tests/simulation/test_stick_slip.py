@@ -443,6 +443,31 @@ def test_a_stop_that_has_opened_at_rest_may_hold_the_chain_again():
     assert np.abs(found.u[:, 1:]).max() == 0
 
 
+def test_a_joint_that_stops_may_turn_around_or_be_held_while_the_other_begins_to_slide():
+    """Both limits are exceeded, by one factor, if both are held: a rounding decides nothing."""
+    friction = JointFriction((2.0, 0.5), (2.5, 0.625))
+    found = []
+    for at_B in (0.75, math.nextafter(0.75, 1)):
+        start = {"q": (0.0, 0.25), "u": (0.0, -0.1), "duration": 0.5}
+        torque = JointTorque((3.0, at_B))
+        found.append(simulate(scene(friction, torque, chain=Chain.uniform_bars(), **start)))
+        choice = "leave a choice: A slips forward, B sticks is taken; or A sticks, B slips forward."
+        assert choice in found[-1].notes[0]
+    assert found[0].q == pytest.approx(found[1].q, abs=1e-12)
+
+
+@pytest.mark.parametrize("mass", [1.0, 1.01, 1.02, 1.03, 1.04, 1.05])
+def test_a_joint_does_not_slide_into_a_stop_that_loses_its_force(mass):
+    """Its friction holds it from then on, at the static limit: there is no other motion."""
+    chain = Chain.uniform_bars((mass, 1.7))
+    fading = SampledTorque((0.0, 1.0), (0.3, 0.3), (-6.0, 0.0), "linear")
+    friction, stop = JointFriction((0.0, 1.0), (0.0, 1.5)), JointStop("B", 0.5)
+    pressed = scene(friction, stop, fading, chain=chain, q=(0.0, 0.5), u=(0.5, 0.5), duration=1.0)
+    found = simulate(pressed)
+    assert [event.description for event in found.events][1:] == ["B sticks"]
+    assert found.notes == ()
+
+
 def test_a_corner_whose_frictions_push_along_one_line():
     """With a coefficient of 1 the forces of two slides in a right-angled corner are parallel."""
     chain, q = Chain.uniform_bars(), (0.8217701239287258, -1.3812797174167781)

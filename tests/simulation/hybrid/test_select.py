@@ -107,6 +107,18 @@ def test_every_selection_of_joint_friction_obeys_its_laws(q, static):
     assert (states == (S.STICKS, S.STICKS)) == both_hold
 
 
+@pytest.mark.parametrize("at_B", [math.nextafter(0.75, 0), 0.75, math.nextafter(0.75, 1), 0.7501])
+def test_either_of_two_joints_may_break_loose_if_both_limits_are_exceeded(at_B):
+    """Each can hold while the other slides. The limits are exceeded by one factor at 0.75 N m."""
+    friction, torque = JointFriction((2.0, 0.5), (2.5, 0.625)), JointTorque((3.0, at_B))
+    system = system_of(friction, torque, chain=BARS)
+    found = selected(system, state_of(system, (0.0, 0.25)))
+    modes = (S.FORWARD, S.STICKS), (S.STICKS, S.FORWARD)
+    first, other = modes if at_B < 0.75005 else modes[::-1]
+    assert found.states == first
+    assert found.others == (other,)
+
+
 def test_a_moving_joint_keeps_its_direction():
     friction = JointFriction((1.0, 1.0), (50.0, 50.0))
     assert states_of(friction, u=(1.0, 1.0)) == (S.FORWARD, S.STICKS)

@@ -42,6 +42,9 @@ Orders = Mapping[Trigger, int | Zero]
 
 NO_ORDERS: Orders = MappingProxyType({})
 
+NONE: frozenset[int] = frozenset()
+"""No elements."""
+
 
 def coincide(first: ContactElement, second: ContactElement, chain: Chain) -> bool:
     """Return whether two rigid contacts keep one point, or one joint, from one side of a line."""
@@ -72,6 +75,7 @@ class Problem(NamedTuple):
     directions: tuple[int, ...]
     options: tuple[States, ...]
     noise: Noise
+    opening: frozenset[int] = NONE
 
 
 class Conceivable(NamedTuple):
@@ -105,9 +109,16 @@ class Candidate(NamedTuple):
 
 
 def problem_at(
-    system: HybridSystem, state: HybridState, pose: Pose, options: tuple[States, ...]
+    system: HybridSystem,
+    state: HybridState,
+    pose: Pose,
+    options: tuple[States, ...],
+    opening: frozenset[int] = NONE,
 ) -> Problem:
-    """Return the selection problem at a state, between some states of each element."""
+    """Return the selection problem at a state, between some states of each element.
+
+    Contacts that are `opening` have no force left, and touch.
+    """
     elements = system.elements
     active = [e.normal is None or i in state.touching for i, e in enumerate(elements)]
     pushes = [
@@ -118,7 +129,7 @@ def problem_at(
     ]
     equations = local_equations(pose, system.effects, elements, state.u, state.t, active, pushes)
     noise = Noise(system, equations, state.u, state.t)
-    return Problem(system, state, equations, state.sliding, options, noise)
+    return Problem(system, state, equations, state.sliding, options, noise, opening)
 
 
 def begun(states: States, directions: tuple[int, ...]) -> int:
@@ -128,12 +139,17 @@ def begun(states: States, directions: tuple[int, ...]) -> int:
 
 def conceivable(problem: Problem, with_pressed: bool) -> tuple[Conceivable, ...]:
     """Return the modes that the options allow in some pose, with or without saturated friction."""
-    return _conceivable(problem.system, problem.options, problem.directions)[with_pressed]
+    return _conceivable(problem.system, problem.options, problem.directions, problem.opening)[
+        with_pressed
+    ]
 
 
 @functools.lru_cache(maxsize=256)
 def _conceivable(
-    system: HybridSystem, options: tuple[States, ...], directions: tuple[int, ...]
+    system: HybridSystem,
+    options: tuple[States, ...],
+    directions: tuple[int, ...],
+    opening: frozenset[int],
 ) -> tuple[tuple[Conceivable, ...], tuple[Conceivable, ...]]:
     """Return the conceivable modes without saturated friction, and those with it."""
     found: tuple[list[Conceivable], list[Conceivable]] = ([], [])
@@ -142,7 +158,7 @@ def _conceivable(
         counts = [len(e.holds(own)) for e, own in zip(system.elements, states, strict=True)]
         bound = tuple((i, states[i]) for i, count in enumerate(counts) if count)
         firsts = tuple(itertools.accumulate(counts, initial=0))
-        law = tuple(_conditions(system, options, directions, states))
+        law = tuple(_conditions(system, options, directions, opening, states))
         mode = Conceivable(states, law, places, bound, firsts, begun(states, directions) > 0)
         found[mode.pressed].append(mode)
     return tuple(found[0]), tuple(found[1])
@@ -235,21 +251,24 @@ def is_independent(problem: Problem, shares: Sequence[Share]) -> bool:
 def conditions(problem: Problem, states: States) -> Iterator[Condition]:
     """Return the conditions of a mode on the elements whose state is open.
 
-    A contact that opens has none where others hold its point, as its separation is zero.
+    A contact that opens has none where others hold its point, as its separation is zero. Nor has
+    one that can only open, as no force is left, unless an element begins to slide.
     """
-    return _conditions(problem.system, problem.options, problem.directions, states)
+    return _conditions(problem.system, problem.options, problem.directions, problem.opening, states)
 
 
 def _conditions(
     system: HybridSystem,
     possible: tuple[States, ...],
     directions: tuple[int, ...],
+    opening: frozenset[int],
     states: States,
 ) -> Iterator[Condition]:
     held = held_coordinates(system.elements, states)
+    moves = opening if begun(states, directions) else NONE
     for index, (element, state) in enumerate(zip(system.elements, states, strict=True)):
         options = possible[index]
-        if len(options) == 1:
+        if len(options) == 1 and index not in moves:
             continue
         if state is ContactState.OPEN:
             assert element.normal is not None

@@ -16,6 +16,7 @@ from twolink.simulation.hybrid import compliant_state, tolerances
 from twolink.simulation.hybrid.collision import nearby, place, sliding_after, sliding_of
 from twolink.simulation.hybrid.complementarity import States, coincide, is_at_rest
 from twolink.simulation.hybrid.constraint import parallel, same_line
+from twolink.simulation.hybrid.dynamics import is_fixed
 from twolink.simulation.hybrid.impact import (
     Impacts,
     Strike,
@@ -178,16 +179,30 @@ def _leaves(system: HybridSystem, state: HybridState, mode: Mode, trigger: Trigg
 def _opened(system: HybridSystem, state: HybridState, mode: Mode, index: int) -> Reaction:
     """Return the state after a rigid contact, and others in one place with it, have no force left.
 
-    A chain at rest may stay there, where other forces hold it, and the contact still touches:
+    A point at rest may stay there, where other forces hold it, and the contact still touches:
     friction that does not slide may wedge the chain against it, or the loads may press it again.
     """
     element, own, chain = system.elements[index], mode.states[index], system.scene_chain
-    if own is not ContactState.STICKS and is_at_rest(system, state):
+    stays = is_at_rest(system, state) or _may_be_held(system, mode, index)
+    if own is not ContactState.STICKS and stays:
         return Reaction(state, {index: tuple(x for x in element.options(True, 0) if x is not own)})
     together = {i for i in state.touching if coincide(system.elements[i], element, chain)}
     gaps = tuple(system.number(0) if i in together else gap for i, gap in enumerate(state.gaps))
     state = state._replace(touching=state.touching - together, gaps=gaps)
     return Reaction(state, {index: (ContactState.OPEN,)})
+
+
+def _may_be_held(system: HybridSystem, mode: Mode, index: int) -> bool:
+    """Return whether friction at rest may hold the point of a contact that opens where it is."""
+    elements, normal = system.elements, system.elements[index].normal
+    assert normal is not None
+    held = [
+        coordinate
+        for number, (element, own) in enumerate(zip(elements, mode.states, strict=True))
+        if number != index and (own is ContactState.STICKS or own.pressed)
+        for coordinate in element.holds(ContactState.STICKS)
+    ]
+    return is_fixed(normal, held, system.scene_chain)
 
 
 def _left_with(system: HybridSystem, state: HybridState, pose: Pose, index: int) -> Iterator[int]:

@@ -19,7 +19,8 @@ If the laws admit more than one motion, these rules apply in this order:
    where static limits are larger than kinetic friction, a mode in which elements begin to slide
    need only satisfy the laws.
 2. If the limits of several elements at rest are exceeded when all of them are held, the one that is
-   exceeded by the largest factor begins to slide.
+   exceeded by the largest factor begins to slide, and of equal factors that of the first element.
+   Where another one could begin to slide instead, the choice is noted.
 3. The mode with the fewest elements that begin to slide, then with the fewest saturated frictions,
    and then with the fewest contacts that open is taken. If such modes still differ in their
    motion, the choice is noted; and so is saturated friction that wedges a link at rest, while the
@@ -39,8 +40,10 @@ from typing import NamedTuple
 
 from twolink.arithmetic import Pair
 from twolink.contact.states import ContactState, EventKind
+from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
     NO_ORDERS,
+    NONE,
     Candidate,
     Orders,
     Problem,
@@ -103,13 +106,16 @@ def select(
     jammed, a contact is wedged, or contacts grip the chain. `known` has the states to which
     elements are restricted, by number.
     """
-    options = system.options(state.touching, state.sliding)
+    options, opening = system.options(state.touching, state.sliding), NONE
     if known:
         options = tuple([known.get(index, own) for index, own in enumerate(options)])
+        opening = frozenset(
+            index for index in state.touching if known.get(index) == (ContactState.OPEN,)
+        )
     twins = _twins(system, state.touching)
     for _, other in twins:
         options = put(options, other, (ContactState.OPEN,))
-    found = _only(options) or _selected(problem_at(system, state, pose, options), pose)
+    found = _only(options) or _selected(problem_at(system, state, pose, options, opening), pose)
     if found is None:
         return None
     if is_at_rest(system, state) and is_gripped(system, state, pose):
@@ -318,10 +324,8 @@ def _preferred(
 ) -> Selection:
     """Return the mode selected by the rules, and the modes whose motion differs from it."""
     overloaded = _most_overloaded(problem) if len(found) > 1 else None
-    if overloaded is not None:
-        slipping = [c for c in found if c.states[overloaded].slips]
-        found = slipping or found
-    best = min(found, key=lambda candidate: _cost(problem, candidate))
+    slipping = [c for c in found if overloaded is not None and c.states[overloaded].slips]
+    best = min(slipping or found, key=lambda candidate: _cost(problem, candidate))
     others = other_motions(problem, found, best.solution.du)
     others = tuple(dict.fromkeys((*others, *other_slides(problem, best.states))))
     return Selection(best.states, others, orders=orders.get(best.states, NO_ORDERS))
@@ -354,4 +358,7 @@ def _most_overloaded(problem: Problem) -> int | None:
         limit = float(elements[index].limits(forces.normal)[1])
         if limit > 0 and abs(float(forces.tangential)) > limit:
             ratios[index] = abs(float(forces.tangential)) / limit
-    return max(ratios, key=ratios.__getitem__) if ratios else None
+    # Of equal ratios that of the first element counts: round-off selects none.
+    band = 1 - tolerances.SAME_LIMIT * problem.system.rounding
+    largest = max(ratios.values(), default=0.0)
+    return next((index for index, ratio in ratios.items() if ratio >= band * largest), None)

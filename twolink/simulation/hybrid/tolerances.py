@@ -219,7 +219,8 @@ GRAZING = 4096
 NEAR_LIMIT = 0.1
 
 # Roundings of a static limit. Limits that are reached within this at one instant are reached
-# together. Read by breakaway_order and replayed_order.
+# together, and of limits that are exceeded by factors within this the first counts. Read by
+# breakaway_order, replayed_order and select.
 SAME_LIMIT = 1024
 
 # Events at one instant that are taken in every order: the one that ends an arc and the next ones.
