@@ -134,6 +134,16 @@ def test_the_law_ends_where_its_dent_is_as_wide_as_the_ball():
     assert LAW.turned(PlasticState(Phase.FLOWS), 4000 * STEEL.yield_depth).residual > 0
 
 
+def test_the_law_of_a_hard_ball_ends_where_its_dent_is_as_deep_as_the_press():
+    hard = Material(1e11, 0.067, 1e8, 0.3)
+    deep = 10030 * hard.yield_depth
+    assert hard.contact_radius(deep) < 0.5
+    with pytest.raises(SimulationError, match=r"a dent must be shallower .* 10018 times the depth"):
+        ElastoPlastic(hard).turned(PlasticState(Phase.FLOWS), deep)
+    shallower = ElastoPlastic(hard).turned(PlasticState(Phase.FLOWS), 10010 * hard.yield_depth)
+    assert shallower.residual < 10010 * hard.yield_depth
+
+
 @pytest.mark.parametrize("material", [STEEL, SOFT, Material(1e6, 0.1, 2e5, 0.3)])
 def test_compression_ends_at_the_last_depth(material):
     law, last = ElastoPlastic(material), material.last_depth

@@ -45,6 +45,11 @@ _HERTZ_UP_TO = Fraction(19, 10)
 # Of the fit of residual depths: its factor, and the sum, the scale and the exponent in its power.
 _RESIDUAL = Fraction(102, 100), Fraction(59, 10), Fraction(69, 10), Fraction(-54, 100)
 
+# The depth, in δ_y, at which that fit is as deep as the press.
+_AS_DEEP = float(_RESIDUAL[2]) * float(1 - 1 / _RESIDUAL[0]) ** float(1 / _RESIDUAL[3]) - float(
+    _RESIDUAL[1]
+)
+
 # π by a convergent of its continued fraction, to 1e-36: both whole numbers are exact in long
 # doubles.
 _PI = Fraction(2646693125139304345, 842468587426513207)
@@ -109,11 +114,25 @@ class Material:
 
         It is that of float64 in all precisions, as it bounds the range of the law alone.
         """
+        up_to = float(_HERTZ_UP_TO)
+        most = max(up_to, min(self._as_wide, _AS_DEEP))
+        return self.yield_depth * self._number(Fraction(most))
+
+    @property
+    def _as_wide(self) -> float:
+        """The depth, in δ_y, at which the contact is as wide as the ball."""
         B, slope, up_to = float(self.exponent), float(self.slope), float(_HERTZ_UP_TO)
-        as_wide = math.exp((B * math.log(up_to) - 2 * math.log(slope)) / (1 + B))
-        part, offset, scale, power = map(float, _RESIDUAL)
-        as_deep = scale * (1 - 1 / part) ** (1 / power) - offset
-        return self.yield_depth * self._number(Fraction(max(up_to, min(as_wide, as_deep))))
+        return math.exp((B * math.log(up_to) - 2 * math.log(slope)) / (1 + B))
+
+    @property
+    def limit(self) -> str:
+        """The condition that fails at `last_depth`."""
+        if self._as_wide <= _AS_DEEP:
+            return "the contact radius must be smaller than the radius of the ball"
+        return (
+            "a dent must be shallower than its press, and by the published fit it is up to "
+            f"{_AS_DEEP:.0f} times the depth of first yield, {float(self.yield_depth):.3g} m"
+        )
 
     def contact_radius(self, depth: Scalar) -> Scalar:
         """Return a/R at a depth (m) beyond `flow_depth`."""
@@ -231,6 +250,5 @@ class ElastoPlastic:
     def _out_of_range(self, depth: Scalar) -> IntegrationError:
         return IntegrationError(
             f"a ball of radius {float(self.material.radius):.6g} m is pressed {float(depth):.3g} m"
-            " deep, to the end of the range of the elasto-plastic law: the contact radius must be"
-            " smaller than the radius of the ball"
+            f" deep, to the end of the range of the elasto-plastic law: {self.material.limit}"
         )
