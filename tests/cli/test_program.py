@@ -254,9 +254,9 @@ def test_a_signal_that_comes_while_an_exception_is_reported_ends_the_program(wro
         "    def unraisable(self, lost):\n"
         "        self.report = lambda lost: os.kill(os.getpid(), signal.SIGTERM)\n"
         "        super().unraisable(lost)\n"
-        "    def _send_again(self):\n"
+        "    def _watch(self):\n"
         "        os.kill(os.getpid(), signal.SIGTERM)\n"
-        "        super()._send_again()\n"
+        "        super()._watch()\n"
         "program._Signals = Struck\n"
         "class Lost:\n"
         "    def __del__(self):\n"
@@ -318,9 +318,11 @@ def test_a_signal_that_is_caught_outside_of_all_modules_ends_the_program(path, r
     assert (run.returncode, run.stdout, run.stderr) == (143, "imported\n", "")
 
 
-def test_a_module_that_never_ends_is_interrupted(tmp_path):
+@pytest.mark.parametrize("body", ["import optional", f"{CAUGHT}time.sleep(30)"])
+def test_a_module_that_never_ends_is_interrupted(body, tmp_path):
+    """The exception that ends it may be lost as well."""
     text = f"{STRUCK}import time\ntime.sleep(30)\n"
-    run = ended_with({"own": text}, "import own", tmp_path)
+    run = ended_with({"optional": text}, body, tmp_path)
     assert (run.returncode, run.stdout, run.stderr) == (143, "imported\n", "")
 
 

@@ -32,6 +32,7 @@ from twolink.text import choice, one_line, quoted
 _AGAIN_EVERY = 0.1
 
 # Seconds for which a signal waits for the end of an import: a module of one's own may never end.
+# It is raised in the import then, and sent again if the program goes on for as long.
 _LONGEST_IMPORT = 2.0
 
 # Python's import in Python's own code, by the names of its files.
@@ -123,18 +124,21 @@ class _Signals:
         """Begin without signals."""
         self.received: list[int] = []
         self.report = sys.unraisablehook
-        self._raised = self._reporting = self._watches = self._closed = False
-        self._first = math.inf
+        self._reporting = self._watches = self._closed = False
+        # Times by the clock of this process (s): of the first signal, and when one is sent again.
+        self._first = self._again = math.inf
 
     def end(self, number: int, frame: FrameType | None) -> None:
         """Raise `SystemExit` on a signal, but not where it would be lost: then it is sent again."""
+        now, imports = time.monotonic(), _is_importing(frame)
         self.received.append(number)
-        self._first = min(self._first, time.monotonic())
-        waits = _is_importing(frame) and time.monotonic() < self._first + _LONGEST_IMPORT
-        if self._reporting or waits:
-            self._watch()
+        self._first = min(self._first, now)
+        if self._reporting or (imports and now < self._first + _LONGEST_IMPORT):
+            self._send_again_from(now)
             return
-        self._raised = True
+        self._again = math.inf
+        if imports:
+            self._send_again_from(now + _LONGEST_IMPORT)
         raise SystemExit(128 + number)
 
     def unraisable(self, lost: Any) -> None:
@@ -144,20 +148,20 @@ class _Signals:
         if not of_signal:
             self.report(lost)
         if of_signal or len(self.received) > before:
-            self._raised = False
-            self._watch()
+            self._send_again_from(time.monotonic())
         self._reporting = False
 
-    def _watch(self) -> None:
-        """Send the last signal again until it is raised, and whenever it is lost."""
+    def _send_again_from(self, when: float) -> None:
+        """Send the last signal again from a time (s) on, until it is raised."""
+        self._again = when
         if not self._watches:
             self._watches = True
-            begun(self._send_again)
+            begun(self._watch)
 
-    def _send_again(self) -> None:
+    def _watch(self) -> None:
         while not self._closed:
             time.sleep(_AGAIN_EVERY)
-            if not (self._raised or self._closed):
+            if time.monotonic() >= self._again and not self._closed:
                 os.kill(os.getpid(), self.received[-1])
 
     def close(self) -> None:

@@ -30,6 +30,7 @@ not, so that the dissipated energy grows from zero.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from fractions import Fraction
@@ -44,11 +45,6 @@ _HERTZ_UP_TO = Fraction(19, 10)
 
 # Of the fit of residual depths: its factor, and the sum, the scale and the exponent in its power.
 _RESIDUAL = Fraction(102, 100), Fraction(59, 10), Fraction(69, 10), Fraction(-54, 100)
-
-# The depth, in δ_y, at which that fit is as deep as the press.
-_AS_DEEP = float(_RESIDUAL[2]) * float(1 - 1 / _RESIDUAL[0]) ** float(1 / _RESIDUAL[3]) - float(
-    _RESIDUAL[1]
-)
 
 # π by a convergent of its continued fraction, to 1e-36: both whole numbers are exact in long
 # doubles.
@@ -114,8 +110,7 @@ class Material:
 
         It is that of float64 in all precisions, as it bounds the range of the law alone.
         """
-        up_to = float(_HERTZ_UP_TO)
-        most = max(up_to, min(self._as_wide, _AS_DEEP))
+        most = max(float(_HERTZ_UP_TO), min(self._as_wide, _as_deep()))
         return self.yield_depth * self._number(Fraction(most))
 
     @property
@@ -127,11 +122,11 @@ class Material:
     @property
     def limit(self) -> str:
         """The condition that fails at `last_depth`."""
-        if self._as_wide <= _AS_DEEP:
+        if self._as_wide <= _as_deep():
             return "the contact radius must be smaller than the radius of the ball"
         return (
-            "a dent must be shallower than its press, and by the published fit it is up to "
-            f"{_AS_DEEP:.0f} times the depth of first yield, {float(self.yield_depth):.3g} m"
+            "a dent must be shallower than the press that made it, which the published fit gives up"
+            f" to {_as_deep():.0f} times the depth of first yield ({float(self.yield_depth):.3g} m)"
         )
 
     def contact_radius(self, depth: Scalar) -> Scalar:
@@ -162,6 +157,13 @@ class Material:
         part, offset, scale, power = map(self._number, _RESIDUAL)
         y = deepest / self.yield_depth
         return part * deepest * (1 - ((y + offset) / scale) ** power)
+
+
+@functools.cache
+def _as_deep() -> float:
+    """Return the depth, in δ_y, at which a dent is as deep as its press by the published fit."""
+    part, offset, scale, power = map(float, _RESIDUAL)
+    return float(scale * (1 - 1 / part) ** (1 / power) - offset)
 
 
 def hertzian(modulus: Scalar, radius: Scalar) -> Scalar:

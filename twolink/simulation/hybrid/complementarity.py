@@ -42,8 +42,8 @@ Orders = Mapping[Trigger, int | Zero]
 
 NO_ORDERS: Orders = MappingProxyType({})
 
-NONE: frozenset[int] = frozenset()
-"""No elements."""
+NO_ELEMENTS: frozenset[int] = frozenset()
+"""The empty set of elements."""
 
 
 def coincide(first: ContactElement, second: ContactElement, chain: Chain) -> bool:
@@ -75,7 +75,7 @@ class Problem(NamedTuple):
     directions: tuple[int, ...]
     options: tuple[States, ...]
     noise: Noise
-    opening: frozenset[int] = NONE
+    opening: frozenset[int] = NO_ELEMENTS
 
 
 class Conceivable(NamedTuple):
@@ -113,7 +113,7 @@ def problem_at(
     state: HybridState,
     pose: Pose,
     options: tuple[States, ...],
-    opening: frozenset[int] = NONE,
+    opening: frozenset[int] = NO_ELEMENTS,
 ) -> Problem:
     """Return the selection problem at a state, between some states of each element.
 
@@ -139,9 +139,8 @@ def begun(states: States, directions: tuple[int, ...]) -> int:
 
 def conceivable(problem: Problem, with_pressed: bool) -> tuple[Conceivable, ...]:
     """Return the modes that the options allow in some pose, with or without saturated friction."""
-    return _conceivable(problem.system, problem.options, problem.directions, problem.opening)[
-        with_pressed
-    ]
+    system, options, directions = problem.system, problem.options, problem.directions
+    return _conceivable(system, options, directions, problem.opening)[with_pressed]
 
 
 @functools.lru_cache(maxsize=256)
@@ -265,10 +264,10 @@ def _conditions(
     states: States,
 ) -> Iterator[Condition]:
     held = held_coordinates(system.elements, states)
-    moves = opening if begun(states, directions) else NONE
+    separate = opening if begun(states, directions) else NO_ELEMENTS
     for index, (element, state) in enumerate(zip(system.elements, states, strict=True)):
         options = possible[index]
-        if len(options) == 1 and index not in moves:
+        if len(options) == 1 and index not in separate:
             continue
         if state is ContactState.OPEN:
             assert element.normal is not None

@@ -42,8 +42,8 @@ from twolink.arithmetic import Pair
 from twolink.contact.states import ContactState, EventKind
 from twolink.simulation.hybrid import tolerances
 from twolink.simulation.hybrid.complementarity import (
+    NO_ELEMENTS,
     NO_ORDERS,
-    NONE,
     Candidate,
     Orders,
     Problem,
@@ -106,7 +106,7 @@ def select(
     jammed, a contact is wedged, or contacts grip the chain. `known` has the states to which
     elements are restricted, by number.
     """
-    options, opening = system.options(state.touching, state.sliding), NONE
+    options, opening = system.options(state.touching, state.sliding), NO_ELEMENTS
     if known:
         options = tuple([known.get(index, own) for index, own in enumerate(options)])
         opening = frozenset(
