@@ -10,6 +10,7 @@ from twolink.simulation.smooth.bundle_plan import (
     Start,
     bounds,
     bundle_plan,
+    finest_plan,
     growth_of,
     missed_by_step,
 )
@@ -81,8 +82,27 @@ def test_there_is_no_plan_where_round_off_leaves_no_room():
     assert bundle_plan(1e-9, START, Known(1e2, 10.0)) is not None
 
 
+@pytest.mark.parametrize("accuracy", [2e-9, 1e-9, 3e-10])
+def test_a_smaller_growth_is_expected_where_no_order_serves_the_larger(accuracy):
+    """A second bundle would cost as much as the one for the growth."""
+    plan = bundle_plan(accuracy, START)
+    assert plan.order == 19
+    assert bundle_plan(accuracy, START, Known(3e5, 2.0)) is None
+    # The motion has its size at the start, eight times as large.
+    assert plan.size >= 8 * 2.0
+
+
 def test_a_low_order_shows_the_growth_near_round_off():
     assert bundle_plan(1e-14, START).order == 11
+
+
+def test_the_finest_plan_has_smaller_errors_than_others():
+    finest = finest_plan(Known(1e9, 10.0))
+    assert finest.order == 19
+    assert finest.size == 20.0
+    for accuracy in (1e-6, 1e-10):
+        plan = bundle_plan(accuracy, START, Known(1.0, 10.0))
+        assert finest.size * truncation(finest.order) <= plan.size * truncation(plan.order)
 
 
 def test_the_bounds_have_margins_round_off_and_a_step():

@@ -14,6 +14,7 @@ from twolink.simulation.smooth.bundle_plan import BundlePlan
 from twolink.simulation.smooth.bundle_search import BundleSearch
 from twolink.simulation.smooth.bundled import bundled
 from twolink.simulation.smooth.longest_step import pace_of
+from twolink.simulation.smooth.measure import measured_run
 from twolink.simulation.smooth.pairs import Pairs
 from twolink.simulation.smooth.prediction import Prediction
 from twolink.simulation.smooth.runs import Runs
@@ -23,6 +24,7 @@ TIMES = np.linspace(0, 10, 41)
 GRAVITY = (Gravity(),)
 GENERAL = Chain((1.3, 0.8), (1.1, 0.7), ((0.6, 0.1), (0.3, -0.08)), (0.12, 0.03))
 WHIP = Scene(Chain.point_masses((1e-3, 1.0), (1.0, 1.0)), (0.3, 2.5), (0.0, 0.0), 4.0, GRAVITY)
+CHAOTIC = Scene(Chain.uniform_bars(), (3.0, 1.5), (2.0, -3.0), 10.0, GRAVITY)
 CALM = Scene(GENERAL, (1.2, 1.4), (0.0, 0.0), 10.0, GRAVITY)
 SCENES = {
     "reference": Scene(Chain.uniform_bars(), (0.3, -0.4), (0.1, 0.2), 10.0, GRAVITY),
@@ -70,6 +72,27 @@ def test_round_off_leaves_no_lane_with_a_fine_accuracy():
     search = search_of(SCENES["reference"], 1e-12)
     assert search.found() is None
     assert len(search.runs.made) == 1
+
+
+def test_the_finest_lanes_show_a_growth_that_ends_at_the_size_of_the_motion_for_others():
+    """Known growth saves four runs in quadruple precision, which would measure it."""
+    search = search_of(CHAOTIC, 1e-14)
+    assert search.found() is None
+    assert not search.pairs.knows_growth
+    search.learn_growth()
+    assert 1e6 < search.pairs.growth.from_start[-1] < 1e8
+    assert [run.order for run in search.runs.made] == [11, 19]
+    search.learn_growth()
+    assert len(search.runs.made) == 2
+
+
+def test_lanes_save_the_runs_that_would_measure_growth_in_quadruple_precision():
+    found = measured_run(
+        CHAOTIC, TIMES, 1e-16, "momenta", quiet, correct=True, pace=pace_of(CHAOTIC)
+    )
+    runs = [run for run in found.runs if run.precision == "quadruple"]
+    assert len(runs) >= 2
+    assert not any(run.moved for run in runs)
 
 
 def test_a_bundle_of_a_large_error_shows_the_growth():

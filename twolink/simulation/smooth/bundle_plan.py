@@ -42,10 +42,11 @@ _LOWEST_ORDER = 7
 # round-off before it is known.
 _ORDER_FOR_GROWTH = 11
 
-# The growth of errors before the first measurement. The first lane has the accuracy as well if it
-# is up to thirty times as large, as it is in half of random chains over 10 s. It costs some chains
-# a higher order, by a tenth of their time, and saves others a second bundle.
-_GROWTH = 3e5
+# The growth of errors before the first measurement, or a smaller one where no order serves it. The
+# first lane has the accuracy as well if it is up to thirty times as large, as it is in half of
+# random chains over 10 s. It costs some chains a higher order, by a tenth of their time, and saves
+# others a second bundle.
+_GROWTHS = (3e5, 3e4)
 
 # The least size of the state of the first lane: in the largest variable of the start, which others
 # may exceed later, and in the largest one of the motion.
@@ -143,7 +144,6 @@ def bundle_plan(accuracy: float, start: Start, known: Known | None = None) -> Bu
     None if round-off leaves no room for it.
     """
     growth = None if known is None else known.growth
-    expected = _GROWTH if growth is None else growth
     room = accuracy
     if known is not None:
         room -= _ROUND_OFF * max(known.growth or 0.0, known.of_round_off)
@@ -153,13 +153,19 @@ def bundle_plan(accuracy: float, start: Start, known: Known | None = None) -> Bu
     least = _LARGER_THAN_START if known is None else _LARGER_THAN_MOTION
     # What one step misses, in its truncation error.
     of_step = start.speed * missed_by_step(0, state) / truncation(0)
-    # For the second lane, or at least for the first.
-    for ratio, of_distance in ((float(RATIOS[SECOND]), _BETWEEN), (1.0, 0.0)):
-        factor = (of_distance * ratio + _MARGIN) * ESTIMATED * expected + ratio * of_step
-        order = max(order_for(room / factor / least), _LOWEST_ORDER)
-        if order <= _HIGHEST_ORDER:
-            return BundlePlan(order, state * _part(order, room / factor, least))
+    for expected in _GROWTHS if growth is None else (growth,):
+        # For the second lane, or at least for the first.
+        for ratio, of_distance in ((float(RATIOS[SECOND]), _BETWEEN), (1.0, 0.0)):
+            factor = (of_distance * ratio + _MARGIN) * ESTIMATED * expected + ratio * of_step
+            order = max(order_for(room / factor / least), _LOWEST_ORDER)
+            if order <= _HIGHEST_ORDER:
+                return BundlePlan(order, state * _part(order, room / factor, least))
     return BundlePlan(_ORDER_FOR_GROWTH, state * least) if growth is None else None
+
+
+def finest_plan(known: Known) -> BundlePlan:
+    """Return the bundle with the smallest errors, which shows the largest growth of errors."""
+    return BundlePlan(_HIGHEST_ORDER, known.largest * _LARGER_THAN_MOTION)
 
 
 def _part(order: int, of_state: float, least: float) -> float:

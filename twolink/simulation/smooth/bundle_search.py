@@ -7,7 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from twolink.integration.precisions import PRECISIONS
-from twolink.simulation.smooth.bundle_plan import Bounds, BundlePlan, bundle_plan
+from twolink.simulation.smooth.bundle_plan import (
+    Bounds,
+    BundlePlan,
+    bundle_plan,
+    finest_plan,
+)
 from twolink.simulation.smooth.bundled import Bundled, start_of
 from twolink.simulation.smooth.growth_along import is_conservative
 from twolink.simulation.smooth.measured import Measured
@@ -36,6 +41,7 @@ class BundleSearch:
     accuracy: float
     prediction: Prediction
     compile_seconds: float = 0.0
+    _last: Bundled | None = None
 
     def found(self) -> Measured | None:
         """Return the lane of a bundle that has the accuracy, or None if none is expected to.
@@ -50,6 +56,7 @@ class BundleSearch:
             found = None if plan is None else self.runs.bundle(plan)
             if found is None:
                 return None
+            self._last = found
             if follows_errors:
                 self.compile_seconds += self.runs.wait_for_errors()
             measured = self.lane_of(found)
@@ -61,6 +68,22 @@ class BundleSearch:
                 if plan is not None and not found.is_coarser_than(plan):
                     return None
         return None
+
+    def learn_growth(self) -> None:
+        """Learn the growth of errors from a bundle with the smallest ones, if it is not known.
+
+        Those of the last bundle may have been too large to grow in proportion.
+        """
+        last = self._last
+        if (
+            last is None
+            or self.pairs.knows_growth
+            or not last.is_coarser_than(finest_plan(last.known))
+        ):
+            return
+        found = self.runs.bundle(finest_plan(last.known))
+        if found is not None and found.growth is not None:
+            self._in_detail(found)
 
     def _expect(self, plan: BundlePlan | None, follows_errors: bool) -> None:
         """Compile the derivatives of rates ahead of their use.

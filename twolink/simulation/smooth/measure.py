@@ -141,14 +141,24 @@ class _Search:
         """The pairs of runs, and the growth of errors."""
         return Pairs(self.runs)
 
+    @cached_property
+    def bundles(self) -> BundleSearch | None:
+        """The bundles of lanes, None if the motion has none."""
+        if self.balanced or not (self.correct and self.runs.may_be_bundled):
+            return None
+        return BundleSearch(self.runs, self.pairs, self.accuracy, self.prediction)
+
     def attempts(self) -> Iterator[Measured]:
         """Yield measured runs, the cheapest first: the caller stops at one that suffices."""
         first, *_, last = PRECISIONS
         for precision in PRECISIONS:
-            if precision == first and not self.balanced:
-                bundled = self.correct and self.runs.may_be_bundled
-                yield from self._bundled() if bundled else self._judged_by_order(precision)
+            if precision == first and self.bundles is not None:
+                yield from self._bundled(self.bundles)
+            elif precision == first and not self.balanced:
+                yield from self._judged_by_order(precision)
             elif precision == last:
+                if self.bundles is not None:
+                    self._learn_growth(self.bundles)
                 yield from self._judged_by_order(precision)
             noise = self.prediction.left_by_round_off(precision)
             if precision != last and not self._is_vain(precision, noise):
@@ -158,14 +168,19 @@ class _Search:
         finest = self._pair(last, orders)
         yield self._of(finest.kept, self._judged(finest, MARGIN_OF_LIKE_PRECISIONS))
 
-    def _bundled(self) -> Iterator[Measured]:
+    def _bundled(self, bundles: BundleSearch) -> Iterator[Measured]:
         """Yield the lane of a bundle that has the accuracy, if double precision gives it."""
-        bundles = BundleSearch(self.runs, self.pairs, self.accuracy, self.prediction)
         found = bundles.found()
         self.prediction = bundles.prediction
         self.compile_seconds += bundles.compile_seconds
         if found is not None:
             yield found
+
+    def _learn_growth(self, bundles: BundleSearch) -> None:
+        """Learn the growth of errors from lanes, which saves runs of the longest precision."""
+        bundles.prediction = self.prediction
+        bundles.learn_growth()
+        self.prediction = bundles.prediction
 
     def _judged_by_order(self, precision: PrecisionName) -> Iterator[Measured]:
         """Yield runs that are judged by a higher order of their precision, until that is vain."""

@@ -62,6 +62,11 @@ class Pairs:
         # Of the first run that needs them: they are nearly the same in all runs.
         self._loads: LoadsAlong | None = None
 
+    @property
+    def knows_growth(self) -> bool:
+        """Whether the growth of errors of the start is known."""
+        return bool(np.isfinite(self.growth.from_start).all())
+
     def pair(self, precision: PrecisionName, orders: tuple[int, int]) -> Pair:
         """Return a run and its judge of some orders.
 
@@ -69,7 +74,7 @@ class Pairs:
         """
         kept, judge, common = self._runs.pair(precision, orders)
         from_start, of_steps = self.growth
-        if not np.isfinite(from_start).all():
+        if not self.knows_growth:
             from_start = self._runs.grown_from_start(precision, orders[0])
         if not is_conservative(self._runs.scene.effects):
             # Each run anew: one in longer numbers may stay where loads change fast.
