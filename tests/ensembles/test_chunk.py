@@ -6,6 +6,7 @@ from tests.strategies import EFFECT_STRATEGIES
 from twolink.ensembles import chunk as chunks
 from twolink.ensembles.chunk import goes_in_lanes, rows_of
 from twolink.errors import TooMuchError
+from twolink.limits import Limits
 from twolink.simulation import simulate
 from twolink.simulation.smooth.taylor import taylor_run
 
@@ -258,3 +259,31 @@ def test_a_chunk_of_refused_runs_has_their_reasons():
     some = ensemble(axes=[axis("chain.mass.0", -1.0, -2.0)], keep={"final": True})
     rows = rows_of(some, 0, 2)
     assert all("mass must be a positive number" in reason for reason in rows.reasons)
+
+
+def test_rows_have_the_notes_of_their_runs():
+    asked = ensemble(
+        scene="elbow_and_tip", axes=[axis("start.q.0", 0.5, 0.51)], keep={"final": True}
+    )
+    rows = rows_of(asked, 0, 2)
+    notes = [simulate(asked.family.scene([value])).notes for value in (0.5, 0.51)]
+    assert rows.notes == ["\n".join(own) for own in notes]
+    assert "do not determine the order" in rows.notes[0]
+    assert rows.arrays["limited"].tolist() == [0, 0]
+
+
+def test_a_run_that_would_take_too_long_is_limited():
+    asked = ensemble(scene="drop", axes=[axis("chain.mass.1", 1.0, -1.0)], keep={"final": True})
+    rows = rows_of(asked, 0, 2, Limits(seconds=1e-9))
+    assert "the limit is 1e-09 s" in rows.reasons[0]
+    assert "mass must be a positive number" in rows.reasons[1]
+    assert rows.arrays["limited"].tolist() == [1, 0]
+
+
+def test_numbers_that_leave_float64_have_reasons_and_no_warnings():
+    """Warnings are errors in tests."""
+    scene = {**UNCOUPLED, "effects": {"gravity": {"g": 9.81}}}
+    asked = ensemble(scene=scene, axes=[axis("effects.gravity.g", 9.81, 1e308)], keep=KEEP_END)
+    rows = rows_of(asked, 0, 2)
+    assert [bool(reason) for reason in rows.reasons] == [False, True]
+    assert np.isfinite(rows.arrays["q"][0]).all()

@@ -1,9 +1,13 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from tests.ensembles.cases import axis, ensemble, words_of
 from twolink import Results, sweep
 from twolink.errors import FileError, ParameterError
+
+URDF = Path("models/import/valid/revolute.urdf").absolute()
 
 
 @pytest.fixture(scope="module")
@@ -105,3 +109,33 @@ def test_the_accuracy_counts_only_where_states_are_kept(tmp_path):
         words = " ".join(words_of(found.summary()))
         assert ("met by" in words) == (name == "states")
         assert ("as first times require" in words) == (name == "times")
+
+
+def test_a_summary_has_the_notes_of_runs_and_of_the_scene(tmp_path):
+    asked = ensemble(
+        scene={
+            "chain": {"urdf": str(URDF)},
+            "start": {"theta": [0.3, 0.2]},
+            "run": {"duration": 0.1},
+        },
+        axes=[axis("start.theta.0", 0.1, 0.2)],
+        keep={"final": True},
+    )
+    found = sweep(asked, tmp_path / "urdf.zarr", workers=1)
+    (note,) = asked.family.scene([0.1]).notes
+    assert found.attributes["notes"] == [note]
+    assert f"note {note}" in words_of(found.summary())
+    assert not any(line.startswith("notes") for line in words_of(found.summary()))
+    impacts = ensemble(
+        scene="elbow_and_tip", axes=[axis("start.q.0", 0.5, 0.51)], keep={"final": True}
+    )
+    found = sweep(impacts, tmp_path / "impacts.zarr", workers=1)
+    (line,) = [words for words in words_of(found.summary()) if words.startswith("notes")]
+    assert line.startswith("notes 1 of the runs; the first: At 0.535")
+    assert found.dataset()["notes"].values[1] == ""
+
+
+def test_results_of_an_older_version_have_a_summary(found, monkeypatch):
+    about = {key: value for key, value in found.attributes.items() if key != "notes"}
+    monkeypatch.setattr(Results, "attributes", about)
+    assert "runs 24 of 24" in words_of(found.summary())

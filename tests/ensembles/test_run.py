@@ -13,6 +13,7 @@ from tests.ensembles.cases import axis, ensemble, starts, words_of
 from twolink import Results, sweep
 from twolink.ensembles import executing, run
 from twolink.errors import FileError, ParameterError, SceneError
+from twolink.limits import Limits
 
 KEEP = {"final": True, "extremes": True, "extreme_speeds": True, "first": [{"name": "flip"}]}
 RUNS = {"accuracy": 1e-6, "duration": 2.0}
@@ -253,3 +254,20 @@ def test_a_refused_executor_is_described_in_one_short_line(tmp_path):
     assert len(str(said.value)) < 400
     assert "\n" not in str(said.value)
     assert not (tmp_path / "a.zarr").exists()
+
+
+def test_runs_that_a_limit_has_ended_are_made_again(tmp_path):
+    """And those of other chunks are not."""
+    asked = ensemble(scene="drop", axes=[axis("start.q.0", 0.0, 0.1)], keep={"final": True})
+    short = sweep(asked, tmp_path / "a.zarr", workers=1, limits=Limits(seconds=1e-9))
+    assert all("(--force lifts it" in reason for reason in short.array("reason"))
+    assert short.array("limited").all()
+    made = []
+    again = sweep(asked, tmp_path / "a.zarr", workers=1, progress=lambda n, of: made.append(n))
+    whole = sweep(asked, tmp_path / "b.zarr", workers=1)
+    assert made[0] == 0
+    for name in ("q", "u", "error", "reason", "notes", "limited"):
+        assert np.array_equal(again.array(name), whole.array(name))
+    made.clear()
+    sweep(asked, tmp_path / "a.zarr", workers=1, progress=lambda n, of: made.append(n))
+    assert made == [2]

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,10 +10,14 @@ from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.extremes import Extremes
 from twolink.ensembles.single import single
 from twolink.ensembles.states import Samples
-from twolink.limits import DEFAULT_LIMITS
+from twolink.limits import DEFAULT_LIMITS, UNLIMITED
 from twolink.scene import Scene
+from twolink.scene.names import scene_file
 from twolink.simulation import simulate
-from twolink.simulation.hybrid import tolerances
+from twolink.simulation.hybrid import measure, tolerances
+from twolink.simulation.hybrid.measure import STOPS_SHORT
+
+DROP = Scene.load(scene_file("drop"))
 
 
 @pytest.mark.slow
@@ -60,6 +66,7 @@ def test_a_run_that_ends_early_has_a_reason_and_the_times_before_it(monkeypatch)
         ensemble(scene=scene, keep={"final": True, "impacts": True, "first": first}), 0, 1
     )
     assert "is not followed further" in rows.reasons[0]
+    assert rows.arrays["limited"][0] == 1
     assert np.isnan(rows.arrays["q"]).all()
     # No number of impacts is known without the end, and no verdict on it.
     assert np.isnan(rows.arrays["impacts"][0])
@@ -97,3 +104,22 @@ def test_errors_of_accurate_runs_have_the_rounding_of_extremes_and_samples():
     bare = single(scene, [], 1e-15, False, DEFAULT_LIMITS)
     # Extremes are found to a few roundings.
     assert bare.error < ours.error < 1e-13
+
+
+def test_a_run_has_the_notes_of_its_trajectory():
+    """The order of two impacts at one time is open: the other one changes u by 3.6 rad/s."""
+    scene = ensemble(scene="elbow_and_tip").family.scene([])
+    truth = simulate(scene)
+    found = single(scene, (), scene.accuracy, False, DEFAULT_LIMITS)
+    assert found.outcome == ("", truth.notes, False)
+    assert "do not determine the order of simultaneous impacts" in truth.notes[0]
+
+
+@pytest.mark.parametrize(("limits", "limited"), [(DEFAULT_LIMITS, True), (UNLIMITED, False)])
+def test_a_run_that_a_limit_keeps_from_the_accuracy_is_limited(monkeypatch, limits, limited):
+    monkeypatch.setattr(measure, "most_work", lambda duration: 10)
+    scene = replace(DROP, accuracy=1e-16)
+    found = single(scene, (), 1e-16, False, limits)
+    truth = simulate(scene, limits=limits)
+    assert found.outcome.limited == limited
+    assert (STOPS_SHORT in found.outcome.notes) == (STOPS_SHORT in truth.notes) == limited

@@ -38,14 +38,47 @@ def test_a_chunk_is_written_into_its_shards_alone(tmp_path):
     arrays = {file.relative_to(tmp_path / "a.zarr").parts[0] for file in new}
     assert {file.relative_to(tmp_path / "a.zarr").parts[1:3] for file in new} == {("c", "1")}
     # Zarr leaves out shards that have only fill values.
-    assert (
-        {"q", "error", "precision", "reason", "done"} <= arrays <= {*rows.arrays, "reason", "done"}
-    )
+    assert {"q", "error", "precision", "reason", "done"} <= arrays
+    assert arrays <= {*rows.arrays, *rows.texts, "done"}
     assert store.done().tolist() == [False, True, False]
     group = zarr.open_group(tmp_path / "a.zarr", mode="r")
     assert np.array_equal(group["q"][6:12], rows.arrays["q"])
     assert group["reason"][8] == "it must be …; got …"
     assert np.isnan(group["q"][:6]).all()
+
+
+def test_a_chunk_that_is_written_again_has_no_old_texts(tmp_path):
+    store = created(tmp_path / "a.zarr", ASKED, 6)
+    rows = rows_of(ASKED, *store.runs(1))
+    rows.reasons[2], rows.notes[3] = "it must be …; got …", "one\ntwo"
+    store.write(1, rows)
+    group = zarr.open_group(tmp_path / "a.zarr", mode="r")
+    assert group["notes"][:].tolist() == [*[""] * 9, "one\ntwo", *[""] * 6]
+    rows.reasons[2], rows.notes[3] = "", ""
+    store.write(1, rows)
+    for name in ("reason", "notes"):
+        assert not any(group[name][:])
+
+
+def test_chunks_with_limited_runs_are_made_again(tmp_path):
+    store = created(tmp_path / "a.zarr", ASKED, 6)
+    for number in range(3):
+        rows = rows_of(ASKED, *store.runs(number))
+        rows.arrays["limited"][-1] = number != 1
+        store.write(number, rows)
+    assert store.done().all()
+    assert store.reopened().tolist() == [False, True, False]
+    # A worker that is killed leaves no rows of two runs.
+    assert store.done().tolist() == [False, True, False]
+
+
+def test_the_store_of_an_older_version_is_read_and_not_continued(tmp_path):
+    path = tmp_path / "a.zarr"
+    created(path, ASKED, 6)
+    zarr.open_group(path, mode="r+").attrs["format"] = "twolink sweep 1"
+    assert attributes(path)["shape"] == [4, 4, 1]
+    with pytest.raises(FileError, match="must be of this version of twolink to be continued"):
+        opened(path, ASKED)
 
 
 def test_the_store_of_another_sweep_or_of_other_versions_is_refused(tmp_path, monkeypatch):

@@ -21,7 +21,7 @@ from twolink.ensembles.family import Parts
 from twolink.ensembles.numbers import Shape, numbers_in
 from twolink.ensembles.single import single
 from twolink.ensembles.stages import Prepared, carries_errors, stages_of
-from twolink.errors import SimulationError, TwolinkError
+from twolink.errors import SimulationError, TooMuchError, TwolinkError
 from twolink.limits import DEFAULT_LIMITS, Limits
 from twolink.simulation.motion import has_events
 
@@ -37,10 +37,14 @@ _PROBES = 8
 
 @dataclass
 class Rows:
-    """The results of a chunk: arrays by the names of their variables, and reasons of failures."""
+    """The results of a chunk: arrays by the names of their variables, and texts of each run.
+
+    Those are the reason of a failure, and notes, one a line; either may be empty.
+    """
 
     arrays: dict[str, Any]
     reasons: list[str]
+    notes: list[str]
     steps: int = field(default=0)
 
     @classmethod
@@ -50,7 +54,12 @@ class Rows:
         arrays = {variable.name: variable.empty(count) for variable in ensemble.variables}
         for axis, column in zip(ensemble.runs.axes, values.T, strict=True):
             arrays[axis.name] = column.copy()
-        return cls(arrays, [""] * count)
+        return cls(arrays, [""] * count, [""] * count)
+
+    @property
+    def texts(self) -> dict[str, list[str]]:
+        """The texts by the names of their arrays."""
+        return {"reason": self.reasons, "notes": self.notes}
 
     def put(self, place: Any, values: dict[str, Any], error: Any, precision: str) -> None:
         """Set the results of a run, or of runs at several places."""
@@ -67,7 +76,9 @@ def rows_of(ensemble: Ensemble, first: int, last: int, limits: Limits = DEFAULT_
     left: Sequence[int] = range(len(values))
     template = _template(ensemble.fingerprint, _Hidden(ensemble))
     if template is not None:
-        left = _in_lanes(ensemble, template, values, rows)
+        # Numbers that leave float64 have errors that are unknown, or are refused when made alone.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            left = _in_lanes(ensemble, template, values, rows)
     for place in left:
         if not rows.reasons[place]:
             _alone(ensemble, values[place], rows, place, limits)
@@ -86,14 +97,17 @@ def _alone(ensemble: Ensemble, values: Array, rows: Rows, place: int, limits: Li
         scene = ensemble.family.scene(values)
         found = single(scene, ensemble.kept, ensemble.accuracy, ensemble.refine, limits)
     except TwolinkError as error:
+        rows.arrays["limited"][place] = isinstance(error, TooMuchError)
         if not known:
             rows.reasons[place] = str(error)
         return
-    if known and (found.failure or (found.undecided and found.error > rows.arrays["error"][place])):
+    failure, notes, limited = found.outcome
+    rows.arrays["limited"][place] = limited
+    if known and (failure or (found.undecided and found.error > rows.arrays["error"][place])):
         # The result in double precision is better: keep it.
         return
-    rows.reasons[place] = found.failure
-    if found.failure:
+    rows.reasons[place], rows.notes[place] = failure, "\n".join(notes)
+    if failure:
         kept = {name: value for name, value in found.values.items() if name in rows.arrays}
         # A verdict that needs the end of the run is unknown.
         rows.put(place, {**kept, **_without_end(ensemble, kept)}, found.error, found.precision)

@@ -67,6 +67,11 @@ class Ensemble:
         return (*own, *_OF_EVERY_RUN)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on properties of a URDF that are assumed or not simulated in any run."""
+        return self.family.scene(self.family.values).notes
+
+    @property
     def fingerprint(self) -> str:
         """A hash (SHA-256) of all that determines the results, and of the text of a URDF."""
         text = json.dumps(self.document, sort_keys=True) + self.family.urdf
@@ -82,7 +87,17 @@ PRECISIONS_OF_RUNS = ("none", "double", "long double", "quadruple")
 _OF_EVERY_RUN = (
     Variable("error", "largest global error of q (rad) and u (rad/s), measured", "rad"),
     Variable("precision", "precision of the run", flags=PRECISIONS_OF_RUNS, dtype="u1"),
-)
+    Variable(
+        "limited", "whether a limit of work ended the run or kept it from the accuracy",
+        flags=("no", "yes"), dtype="u1",
+    ),
+)  # fmt: skip
 
-RESERVED = (*(variable.name for variable in _OF_EVERY_RUN), "reason", "done", "run", "draw")
+TEXTS = {
+    "reason": "why a run failed, empty if it did not",
+    "notes": "what the laws of contact or the work leave open in a run, one sentence a line",
+}
+"""The arrays of texts, and their descriptions."""
+
+RESERVED = (*(variable.name for variable in _OF_EVERY_RUN), *TEXTS, "done", "run", "draw")
 """Names of arrays and dimensions in results that no axis may have."""

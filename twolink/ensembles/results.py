@@ -113,10 +113,23 @@ class Results:
             rows.append(("global error", f"{words}{lost}"))
             asked = f"{self.accuracy:.1e} met by {len(errors) - self.missed} of {len(errors)}"
             rows.append(("accuracy", asked if self.keeps_states else _OF_TIMES))
-        rows += self._verdicts(done)
+        rows += [*self._verdicts(done), *self._notes(done)]
         common = Counter(reasons[failed].tolist()).most_common(_MOST_REASONS)
         rows += [(f"{count} failed", str(reason)) for reason, count in common]
         return table(str(self.attributes["title"]), ("", ""), rows)
+
+    def _notes(self, done: Any) -> list[tuple[str, str]]:
+        """Return the number of runs with notes, and the first; and the notes on all of them."""
+        about = self.attributes
+        found = [("note", note) for note in about.get("notes", ())]
+        if "notes" not in about:
+            # Results of an older version.
+            return found
+        own = [str(text) for text in self.array("notes")[done] if text]
+        if own:
+            first, *_ = own[0].splitlines()
+            found.append(("notes", f"{len(own)} of the runs; the first: {first}"))
+        return found
 
     @property
     def keeps_states(self) -> bool:

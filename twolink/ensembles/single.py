@@ -23,7 +23,7 @@ from twolink.integration.precisions import PRECISIONS
 from twolink.limits import Budget, Limits
 from twolink.scene import Scene
 from twolink.simulation.hybrid.differences import impacts_beside
-from twolink.simulation.hybrid.measure import Measured
+from twolink.simulation.hybrid.measure import STOPS_SHORT, Measured
 from twolink.simulation.hybrid.measure import measured_run as through_events
 from twolink.simulation.hybrid.run import HybridRun
 from twolink.simulation.motion import has_events
@@ -47,23 +47,34 @@ _SLACK = 4
 _FINER = (1e-10, 1e-13, 1e-17, 1e-22)
 
 
+class Outcome(NamedTuple):
+    """How a run ended beside its numbers: a `failure`, why it ended early, or empty, and `notes`.
+
+    It is `limited` if a limit of work ended it, or kept it from the accuracy.
+    """
+
+    failure: str = ""
+    notes: tuple[str, ...] = ()
+    limited: bool = False
+
+
 class Single(NamedTuple):
-    """The values of a run, by the names of variables; why it ended early, or empty; its error."""
+    """The values of a run, by the names of variables; its error; and how it ended."""
 
     values: dict[str, Any]
-    failure: str
     error: float
     precision: str
     undecided: bool
+    outcome: Outcome
 
 
 class _Run(NamedTuple):
-    """A measured run: its steps, its ends, and why it ended early, or empty."""
+    """A measured run: its steps, its ends, and how it ended."""
 
     blocks: Callable[[], Iterator[Block]]
     ends: Ends
     precision: str
-    failure: str
+    outcome: Outcome = Outcome()
 
 
 def single(
@@ -101,7 +112,7 @@ def _once(scene: Scene, kept: Sequence[Quantity], accuracy: float, limits: Limit
     undecided = any(bool(np.any(each.undecided())) for each in accumulators)
     rounding = max((float(np.max(each.rounding())) for each in accumulators), default=0.0)
     error = float(run.ends.errors[0]) + rounding
-    return Single(values, run.failure, error, run.precision, undecided)
+    return Single(values, error, run.precision, undecided, run.outcome)
 
 
 def _smooth(scene: Scene, accuracy: float, limits: Limits) -> _Run:
@@ -118,7 +129,6 @@ def _smooth(scene: Scene, accuracy: float, limits: Limits) -> _Run:
         lambda: _steps(kept, times, found.errors),
         _ends(kept, found.errors),
         kept.precision,
-        "",
     )
 
 
@@ -169,8 +179,17 @@ def _with_events(scene: Scene, accuracy: float, limits: Limits) -> _Run:
         lambda: _arcs(found, reached, accuracy),
         ends,
         kept.precision,
-        kept.failure,
+        _outcome(found, accuracy),
     )
+
+
+def _outcome(found: Measured, accuracy: float) -> Outcome:
+    """Return how a run with events ended."""
+    kept, notes = found.kept, found.kept.notes
+    limited = found.stops_short(met=bool(found.errors.max() <= accuracy))
+    if limited:
+        notes += (STOPS_SHORT,)
+    return Outcome(kept.failure, notes, limited or bool(kept.failure and kept.exhausted))
 
 
 def _impacts(kept: HybridRun, judge: HybridRun) -> Impacts:

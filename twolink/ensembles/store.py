@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from twolink.ensembles.chunk import Rows
-from twolink.ensembles.ensemble import Ensemble
+from twolink.ensembles.ensemble import TEXTS, Ensemble
 from twolink.ensembles.parameters import unit_of
 from twolink.ensembles.quantity import Variable
 from twolink.environment import package_versions, this_machine
@@ -26,7 +26,8 @@ from twolink.files import locked, scratch_folder
 from twolink.optional import zarr
 from twolink.text import one_line
 
-_FORMAT = "twolink sweep 1"
+# Results of the older format have no notes, and cannot be continued.
+_FORMAT, _OLDER = "twolink sweep 2", "twolink sweep 1"
 
 # The parts of a shard that can be read alone.
 _PARTS = 4
@@ -57,6 +58,21 @@ class Store:
         with _in_one_sentence(self.path):
             return zarr().open_group(self.path, mode="r")["done"][:]
 
+    def reopened(self) -> Any:
+        """Return which chunks are written, shape (chunks,), without those of limited runs.
+
+        These are made again, as limits may be larger now.
+        """
+        with _in_one_sentence(self.path):
+            group = zarr().open_group(self.path, mode="r+")
+            done = group["done"][:]
+            limited = np.zeros(self.chunks * self.chunk, bool)
+            limited[: self.count] = group["limited"][:]
+            again = done & limited.reshape(self.chunks, self.chunk).any(axis=1)
+            for number in np.flatnonzero(again):
+                group["done"][number] = False
+            return done & ~again
+
     def write(self, number: int, rows: Rows) -> None:
         """Write the results of a chunk. Raises `FileError` where they cannot be written."""
         first, last = self.runs(number)
@@ -64,8 +80,8 @@ class Store:
             group = zarr().open_group(self.path, mode="r+")
             for name, values in rows.arrays.items():
                 group[name][first:last] = values
-            if any(rows.reasons):
-                group["reason"][first:last] = np.array(rows.reasons, dtype=object)
+            for name, texts in rows.texts.items():
+                group[name][first:last] = np.array(texts, dtype=object)
             # Zarr makes folders that are missing: the store must still be there.
             (self.path / "zarr.json").stat()
             group["done"][number] = True
@@ -83,7 +99,8 @@ def created(path: Path, ensemble: Ensemble, chunk: int) -> Store:
             _add(group, variable, count, chunk)
         for variable in ensemble.variables:
             _add(group, variable, count, chunk)
-        _add_array(group, "reason", (count,), ("run",), chunk, str, "", {"long_name": _REASON})
+        for name, words in TEXTS.items():
+            _add_array(group, name, (count,), ("run",), chunk, str, "", {"long_name": words})
         chunks = -(-count // chunk)
         group.create_array(
             "done", shape=(chunks,), chunks=(1,), dtype=bool, fill_value=False,
@@ -91,9 +108,6 @@ def created(path: Path, ensemble: Ensemble, chunk: int) -> Store:
         )  # fmt: skip
         os.rename(made, path)
     return Store(path, count, chunk)
-
-
-_REASON = "why a run failed, empty if it did not"
 
 
 def opened(path: Path, ensemble: Ensemble) -> Store:
@@ -107,6 +121,11 @@ def opened(path: Path, ensemble: Ensemble) -> Store:
         raise ParameterError(
             f"{one_line(path, 300)}: must be the result of this sweep, or not exist; got that of"
             f" another: {one_line(about.get('title', 'untitled'), 100)}"
+        )
+    if about["format"] != _FORMAT:
+        raise FileError(
+            f"{one_line(path, 300)}: must be of this version of twolink to be continued; got the"
+            " result of an older one, which has no notes"
         )
     own = package_versions(*_PACKAGES)
     other = {k: v for k, v in about["versions"].items() if own.get(k) != v and k != "python"}
@@ -135,7 +154,7 @@ def group_of(path: Path) -> Any:
             about = found.attrs.get("format")
         except (ValueError, KeyError, TypeError) as error:
             raise FileError(f"{one_line(path, 300)}: {_NOT_A_RESULT}") from error
-    if about != _FORMAT:
+    if about not in (_FORMAT, _OLDER):
         raise FileError(f"{one_line(path, 300)}: {_NOT_A_RESULT}")
     return found
 
@@ -173,6 +192,7 @@ def _attributes(ensemble: Ensemble, chunk: int) -> dict[str, Any]:
         "sweep": ensemble.document,
         # A URDF need not be there any more when results are read.
         "lengths": list(ensemble.family.lengths),
+        "notes": list(ensemble.notes),
         "axes": [axis.name for axis in ensemble.runs.axes],
         "shape": list(ensemble.runs.shape),
         "chunk": chunk,

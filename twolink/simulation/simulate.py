@@ -27,7 +27,7 @@ from twolink.integration.methods import (
     NumericName,
 )
 from twolink.integration.precisions import PrecisionName
-from twolink.limits import DEFAULT_LIMITS, LIFTED, Budget, Limits
+from twolink.limits import DEFAULT_LIMITS, Budget, Limits
 from twolink.names import EquationsName
 from twolink.scene import Scene
 from twolink.simulation.motion import has_events, has_modes
@@ -52,8 +52,6 @@ _STAND_IN: NumericName = "DOP853"
 
 # The methods that suit stiff motions.
 _FOR_STIFF: tuple[NumericName, NumericName] = ("Radau", "LSODA")
-
-_LIMITED = f"Runs in 113 bits, which may meet the accuracy, would exceed the limit of work{LIFTED}."
 
 _ESTIMATED = (
     "The error is an estimate: the difference of two runs of one method, which may share it, as no "
@@ -209,6 +207,7 @@ def _by_taylor(asked: _Asked) -> Trajectory:
 
 def _through_events(asked: _Asked) -> Trajectory:
     """Return the trajectory of a scene with events, as far as it can be integrated."""
+    from twolink.simulation.hybrid.measure import STOPS_SHORT
     from twolink.simulation.hybrid.measure import measured_run as through_events
 
     found = through_events(
@@ -228,8 +227,8 @@ def _through_events(asked: _Asked) -> Trajectory:
     )
     made = _trajectory(asked, kept, errors, found.runs, spent, found.why_unknown)
     notes = made.notes
-    if found.limited and not made.met and not kept.exhausted:
-        notes += (_LIMITED,)
+    if found.stops_short(met=made.met):
+        notes += (STOPS_SHORT,)
     if kept.failure:
         notes += (f"{kept.failure[0].upper()}{kept.failure[1:]}; the trajectory ends there.",)
     return replace(made, failure=kept.failure, notes=notes)

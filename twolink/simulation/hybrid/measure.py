@@ -23,7 +23,7 @@ from twolink.errors import TooMuchError
 from twolink.formulations import FORMULATIONS
 from twolink.integration.precisions import PrecisionName
 from twolink.interruptible import side_by_side
-from twolink.limits import DEFAULT_LIMITS, Limits
+from twolink.limits import DEFAULT_LIMITS, LIFTED, Limits
 from twolink.names import EquationsName, FormulationName
 from twolink.scene import Scene
 from twolink.simulation.hybrid.ahead import Ahead
@@ -58,6 +58,12 @@ _RUNS_AT_ONCE = 4
 _MORE_PATIENCE = 2
 
 
+STOPS_SHORT = (
+    f"Runs in 113 bits, which may meet the accuracy, would exceed the limit of work{LIFTED}."
+)
+"""The note on a search that stops short."""
+
+
 @dataclass(frozen=True)
 class Measured:
     """The result, its largest error up to each time (rad, rad/s), its `judge`, and all runs.
@@ -72,6 +78,10 @@ class Measured:
     runs: tuple[HybridRun, ...]
     measuring_seconds: float
     limited: bool = False
+
+    def stops_short(self, *, met: bool) -> bool:
+        """Return whether a run that was not made may meet the accuracy, which is not `met`."""
+        return self.limited and not met and not self.kept.exhausted
 
     @property
     def why_unknown(self) -> str:

@@ -45,9 +45,10 @@ def rates_of_balance(
         given = (places[0], places[1]), (places[2], places[3])
         _, (rates[0], rates[1]) = EQUATIONS["lagrange"].rates(chain, effects, *given, 0.0)
         slopes = (found[:, 1:5] - found[:, 5:]).transpose(2, 0, 1) / (2 * _CHANGE)
-    paces = np.maximum(np.abs(moved[2:, 0]).max(axis=0), np.sqrt(np.abs(found[:, 0]).max(axis=0)))
-    growth = _growth(slopes, paces)
-    balanced = (paces < _SLOW * growth) & (growth * duration > 1)
+        speeds, accelerations = np.abs(moved[2:, 0]), np.abs(found[:, 0])
+        paces = np.maximum(speeds.max(axis=0), np.sqrt(accelerations.max(axis=0)))
+        growth = _growth(slopes, paces)
+        balanced = (paces < _SLOW * growth) & (growth * duration > 1)
     return np.where(balanced, growth, 0.0).reshape(lanes)
 
 
