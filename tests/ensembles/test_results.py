@@ -2,8 +2,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import zarr
 
-from tests.ensembles.cases import axis, ensemble, words_of
+from tests.ensembles.cases import axis, ensemble, starts, words_of
 from twolink import Results, sweep
 from twolink.errors import FileError, ParameterError
 
@@ -135,7 +136,11 @@ def test_a_summary_has_the_notes_of_runs_and_of_the_scene(tmp_path):
     assert found.dataset()["notes"].values[1] == ""
 
 
-def test_results_of_an_older_version_have_a_summary(found, monkeypatch):
-    about = {key: value for key, value in found.attributes.items() if key != "notes"}
-    monkeypatch.setattr(Results, "attributes", about)
-    assert "runs 24 of 24" in words_of(found.summary())
+def test_results_of_an_older_version_have_a_summary(tmp_path):
+    asked = starts(2, keep={"final": True}, runs={"accuracy": 1e-6, "duration": 0.1})
+    found = sweep(asked, tmp_path / "a.zarr", workers=1)
+    lines = words_of(found.summary())
+    group = zarr.open_group(found.path, mode="r+")
+    group.attrs["format"] = "twolink sweep 1"
+    del group["notes"], group["limited"], group.attrs["notes"]
+    assert words_of(found.summary()) == lines

@@ -32,6 +32,13 @@ def test_the_rate_is_that_of_the_linearized_motion():
     assert default_longest_step(UPRIGHT) == pytest.approx(1 / exact, rel=1e-6)
 
 
+@pytest.mark.parametrize("g", [1e300, 1e308])
+def test_loads_that_leave_float64_have_no_rate_and_no_warning(g):
+    """Warnings are errors in tests."""
+    chain = UPRIGHT.moving_chain
+    assert not rates_of_balance(chain, (Gravity(g),), (0.3, 0.2), (0.0, 0.0), 1.0)
+
+
 @pytest.mark.parametrize(
     ("q", "u", "effects", "balanced"),
     [
