@@ -344,3 +344,19 @@ def test_a_time_at_which_no_digit_is_known_is_an_error(monkeypatch):
     monkeypatch.setattr(module, "_agreement", lambda coarse, fine: 2)
     with pytest.raises(IntegrationError, match=r"agree in no digit at 0\.5 s, since errors grow"):
         reference(scene, 10)
+
+
+def test_a_reference_has_the_notes_of_its_motion():
+    """The order of two impacts at one time is open: the other one changes u by 3.6 rad/s."""
+    scene = Scene.load(SCENES / "elbow_and_tip.toml")
+    found = reference(scene, digits=8)
+    assert found.notes == simulate(scene).notes
+    assert "do not determine the order of simultaneous impacts" in found.notes[0]
+    assert found.document()["notes"] == list(found.notes)
+
+
+def test_a_reference_has_the_notes_of_its_urdf():
+    scene = replace(Scene.load(SCENES / "free_fall.toml"), duration=0.1, notes=("no limits",))
+    found = reference(scene, digits=8)
+    assert found.notes == ("no limits",)
+    assert "notes" not in reference(replace(scene, notes=()), digits=8).document()

@@ -20,7 +20,7 @@ from twolink.accuracy.reference_trajectory import (
     reference_trajectory,
 )
 from twolink.accuracy.study import study
-from twolink.accuracy.work_precision import Stop, work_precision
+from twolink.accuracy.work_precision import Stop, WorkPrecision, work_precision
 from twolink.cli import app
 from twolink.data import data_path
 from twolink.integration.methods import METHODS, NUMERIC_METHODS
@@ -278,3 +278,12 @@ def test_scenes_with_modes_accept_taylor_only():
     )
     assert result.exit_code == 2
     assert "method, for this scene, must be one of taylor" in result.output
+
+
+def test_a_measurement_has_the_notes_of_its_motion():
+    """Errors are those to one of the motions that the laws of impact admit."""
+    scene = Scene.load(data_path("scenes") / "elbow_and_tip.toml")
+    truth = reference_trajectory(scene, comparison_times(scene))
+    assert truth.notes == simulate(scene).notes
+    measured = WorkPrecision(scene, (), truth, "the end", left_out=("none was measured",))
+    assert measured.notes == (*truth.notes, "none was measured")

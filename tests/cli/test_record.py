@@ -24,3 +24,9 @@ def test_a_page_has_no_size(tmp_path):
         "twolink: --size must be left out with a .html file, which fills its window; got both\n"
     )
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_choice_that_the_laws_leave_is_printed(tmp_path):
+    result = CliRunner().invoke(app, ["record", "elbow_and_tip", "--out", str(tmp_path / "a.html")])
+    assert result.exit_code == 0
+    assert "do not determine the order of simultaneous impacts" in result.stderr

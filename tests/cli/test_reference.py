@@ -66,3 +66,9 @@ def test_scenes_without_a_proof_are_refused_before_any_is_computed(tmp_path):
     assert result.stderr.startswith("twolink: stick_slip: the scene of a rigorous enclosure must")
     assert result.stdout == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_choice_that_the_laws_leave_is_printed():
+    result = CliRunner().invoke(app, ["reference", "elbow_and_tip", "--digits", "8"])
+    assert result.exit_code == 0
+    assert "do not determine the order of simultaneous impacts" in result.stdout

@@ -86,6 +86,11 @@ class Enclosure:
     ended: Ended | None = None
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on what is not simulated of a URDF."""
+        return self.scene.notes
+
+    @property
     def how(self) -> str:
         """A one-line description of the proof."""
         return (

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -62,8 +62,12 @@ class ReferenceRun:
     steps: int
 
 
-# A run and its states q1, q2, u1, u2 at the requested times.
-_Run = tuple[ReferenceRun, list[tuple[Decimal, ...]]]
+class _Run(NamedTuple):
+    """A run, its states q1, q2, u1, u2 at the requested times, and its notes."""
+
+    about: ReferenceRun
+    states: list[tuple[Decimal, ...]]
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,8 @@ class Reference:
     """The states of a scene at times (s), as decimal numbers.
 
     Each state is q1, q2 (rad), u1, u2 (rad/s), rounded to the number of decimal places in `digits`
-    for its time; all digits are correct, except for rounding of the last.
+    for its time; all digits are correct, except for rounding of the last. `notes` are sentences on
+    what is not simulated, and on choices that the laws of contact leave: others are as correct.
     """
 
     scene: Scene
@@ -79,6 +84,7 @@ class Reference:
     states: tuple[State, ...]
     digits: tuple[int, ...]
     runs: tuple[ReferenceRun, ReferenceRun]
+    notes: tuple[str, ...] = ()
 
     @property
     def how(self) -> str:
@@ -99,6 +105,7 @@ class Reference:
                 for run in self.runs
             ],
             "versions": package_versions("heyoka"),
+            **({"notes": list(self.notes)} if self.notes else {}),
             "states": [
                 dict(zip(("t", "digits", "q1", "q2", "u1", "u2"), row, strict=True))
                 for row in self._rows()
@@ -287,7 +294,7 @@ def _precise_once(
         check_outcome(outcome, reached)
         steps += taken
         states.append(_decimals(motion.speeds()))
-    return ReferenceRun(equations, motion.bits, integrator.order, steps), states
+    return _Run(ReferenceRun(equations, motion.bits, integrator.order, steps), states)
 
 
 def _by_events(
@@ -309,7 +316,9 @@ def _by_events(
             limits=limits,
         )
         states = [_decimals(state) for state in zip(*run.q, *run.u, strict=True)]
-        return ReferenceRun(equations, 113, run.order, run.steps), states
+        # Two runs that agree have decided the events that round-off might.
+        notes = run.decided(np.array(grid), np.zeros(len(grid))).notes
+        return _Run(ReferenceRun(equations, 113, run.order, run.steps), states, notes)
 
     return (
         followed("lagrange", 37, lambda share: report("113 bits, order 37", share / 2)),
@@ -332,14 +341,15 @@ def _verified(
     """Return the second run's states, each rounded to the digits that agree with the first."""
     margin = _MARGIN_WITH_EVENTS if has_events(scene) else _MARGIN
     states, right = [], []
-    for time, coarse, fine in zip(grid, first[1], second[1], strict=True):
+    for time, coarse, fine in zip(grid, first.states, second.states, strict=True):
         if time not in asked:
             continue
         agreed = min(digits, _agreement(coarse, fine) - margin)
         right.append(agreed)
         states.append(tuple(_rounded(value, agreed) for value in fine))
     found: Any = tuple(states)
-    return Reference(scene, asked, found, tuple(right), (first[0], second[0]))
+    notes = tuple(dict.fromkeys((*scene.notes, *second.notes, *first.notes)))
+    return Reference(scene, asked, found, tuple(right), (first.about, second.about), notes)
 
 
 def _agreement(coarse: tuple[Decimal, ...], fine: tuple[Decimal, ...]) -> int:

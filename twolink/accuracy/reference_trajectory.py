@@ -22,7 +22,8 @@ _SAMPLES_WITH_MODES = 101
 class ReferenceTrajectory:
     """The states at some times (s), q (rad) and u (rad/s) of shape (2, n), and the events.
 
-    `source` describes the computation.
+    `source` describes the computation. `notes` are sentences on what is not simulated, and on
+    choices that the laws of contact leave.
     """
 
     times: Any
@@ -31,6 +32,7 @@ class ReferenceTrajectory:
     events: tuple[Event, ...]
     impacts: tuple[Impact, ...]
     source: str
+    notes: tuple[str, ...] = ()
 
 
 def comparison_times(scene: Scene) -> Any:
@@ -49,9 +51,10 @@ def reference_trajectory(
     `IntegrationError` if its steps pass a change of the loads.
     """
     run = resolved_run(scene, times, formulation="kane", precision="quadruple", limits=limits)
-    return ReferenceTrajectory(
-        times, run.q, run.u, run.events, run.log, "113-bit Taylor series, order 41"
-    )
+    # Other runs judge the events that round-off might decide.
+    notes = (*scene.notes, *run.decided(times, np.zeros(len(times))).notes)
+    source = "113-bit Taylor series, order 41"
+    return ReferenceTrajectory(times, run.q, run.u, run.events, run.log, source, notes)
 
 
 def largest_difference(reference: ReferenceTrajectory, q: Any, u: Any) -> float:

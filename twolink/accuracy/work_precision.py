@@ -110,11 +110,12 @@ class WorkPrecision:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on configurations that were not measured, or not to their finest setting."""
+        """Sentences on the motion, and on configurations that were not measured to the finest."""
+        found = (*self.reference.notes, *self.left_out)
         if not self.stopped:
-            return self.left_out
+            return found
         stops = (f"{s.configuration} at {s.parameter} {s.setting:.3g}" for s in self.stopped)
-        return (*self.left_out, f"Stopped by the time budget (--budget): {'; '.join(stops)}.")
+        return (*found, f"Stopped by the time budget (--budget): {'; '.join(stops)}.")
 
 
 @dataclass

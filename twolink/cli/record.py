@@ -21,6 +21,7 @@ from twolink.cli.showing import (
     Speed,
     Surroundings,
     film_of,
+    print_notes,
 )
 from twolink.cli.terminal import check_target, refuse, say
 from twolink.suffixes import RECORDINGS
@@ -72,6 +73,7 @@ def record(
         recorded(film, out, size=pixels, at=at, follows=theme is None, progress=progress)
     frames = "" if out.suffix == ".png" else f"{len(film.times)} frames, "
     say(f"{out}: {frames}{out.stat().st_size / 1e6:.2g} MB")
+    print_notes(film)
 
 
 @contextmanager

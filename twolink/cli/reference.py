@@ -224,6 +224,9 @@ def _print(found: Reference | Enclosure) -> None:
                 f"  {name} {sign}{value} {unit}", no_wrap=True, overflow="ignore", crop=False
             )
     page.print()
+    for note in found.notes:
+        style = None if note in found.scene.notes else "bold red"
+        page.print(note, style=style, soft_wrap=True)
     if not isinstance(found, Reference):
         _print_impacts(found)
 

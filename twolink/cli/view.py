@@ -16,6 +16,7 @@ from twolink.cli.showing import (
     Speed,
     Surroundings,
     film_of,
+    print_notes,
 )
 from twolink.cli.terminal import flush, refuse, say, warn
 
@@ -58,6 +59,7 @@ def view(
         motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=_FPS, speed=speed,
         theme=theme, force=force,
     )  # fmt: skip
+    print_notes(film)
     asyncio.run(_served(film, host, port, opened=browser, follows=theme is None))
 
 

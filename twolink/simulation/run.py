@@ -95,6 +95,10 @@ class MotionRun(ABC):
         """The impacts, empty for a smooth motion."""
         return ()
 
+    def decided(self, times: Any, errors: Any) -> MotionRun:
+        """Return the run without notes on events that its judge has decided; it has none."""
+        return self
+
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences that qualify the result."""
