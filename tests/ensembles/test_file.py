@@ -43,7 +43,7 @@ def test_a_file_is_read_with_all_its_keys(tmp_path):
         *("q", "u", "q_samples"),
         *("flip_time", "flip_bound", "flip_verdict"),
         *("down_time", "down_bound", "down_verdict"),
-        *("error", "precision", "limited"),
+        *("error", "precision", "limit"),
     ]
 
 

@@ -142,5 +142,5 @@ def test_results_of_an_older_version_have_a_summary(tmp_path):
     lines = words_of(found.summary())
     group = zarr.open_group(found.path, mode="r+")
     group.attrs["format"] = "twolink sweep 1"
-    del group["notes"], group["limited"], group.attrs["notes"]
+    del group["notes"], group["limit"], group.attrs["notes"]
     assert words_of(found.summary()) == lines

@@ -256,18 +256,25 @@ def test_a_refused_executor_is_described_in_one_short_line(tmp_path):
     assert not (tmp_path / "a.zarr").exists()
 
 
-def test_runs_that_a_limit_has_ended_are_made_again(tmp_path):
+def test_runs_that_a_smaller_limit_has_ended_are_made_again(tmp_path):
     """And those of other chunks are not."""
     asked = ensemble(scene="drop", axes=[axis("start.q.0", 0.0, 0.1)], keep={"final": True})
     short = sweep(asked, tmp_path / "a.zarr", workers=1, limits=Limits(seconds=1e-9))
     assert all("(--force lifts it" in reason for reason in short.array("reason"))
-    assert short.array("limited").all()
+    assert (short.array("limit") == 1e-9).all()
     made = []
+    sweep(
+        asked, tmp_path / "a.zarr", workers=1, limits=Limits(seconds=1e-9),
+        progress=lambda n, of: made.append(n),
+    )  # fmt: skip
+    assert made == [2]
+    made.clear()
     again = sweep(asked, tmp_path / "a.zarr", workers=1, progress=lambda n, of: made.append(n))
     whole = sweep(asked, tmp_path / "b.zarr", workers=1)
     assert made[0] == 0
-    for name in ("q", "u", "error", "reason", "notes", "limited"):
+    for name in ("q", "u", "error", "reason", "notes"):
         assert np.array_equal(again.array(name), whole.array(name))
+    assert np.isnan(again.array("limit")).all()
     made.clear()
     sweep(asked, tmp_path / "a.zarr", workers=1, progress=lambda n, of: made.append(n))
     assert made == [2]

@@ -66,7 +66,7 @@ def test_a_run_that_ends_early_has_a_reason_and_the_times_before_it(monkeypatch)
         ensemble(scene=scene, keep={"final": True, "impacts": True, "first": first}), 0, 1
     )
     assert "is not followed further" in rows.reasons[0]
-    assert rows.arrays["limited"][0] == 1
+    assert rows.arrays["limit"][0] == DEFAULT_LIMITS.seconds
     assert np.isnan(rows.arrays["q"]).all()
     # No number of impacts is known without the end, and no verdict on it.
     assert np.isnan(rows.arrays["impacts"][0])

@@ -9,6 +9,7 @@ from twolink.ensembles import store as stores
 from twolink.ensembles.chunk import rows_of
 from twolink.ensembles.store import attributes, created, in_use, opened
 from twolink.errors import FileError, ParameterError
+from twolink.limits import DEFAULT_LIMITS, Limits
 
 ASKED = starts(4, runs={"accuracy": 1e-6, "duration": 0.5})
 
@@ -60,14 +61,16 @@ def test_a_chunk_that_is_written_again_has_no_old_texts(tmp_path):
         assert not any(group[name][:])
 
 
-def test_chunks_with_limited_runs_are_made_again(tmp_path):
+def test_chunks_with_runs_that_a_smaller_limit_ended_are_made_again(tmp_path):
     store = created(tmp_path / "a.zarr", ASKED, 6)
     for number in range(3):
         rows = rows_of(ASKED, *store.runs(number))
-        rows.arrays["limited"][-1] = number != 1
+        rows.arrays["limit"][-1] = (10.0, np.nan, 20.0)[number]
         store.write(number, rows)
     assert store.done().all()
-    assert store.reopened().tolist() == [False, True, False]
+    assert store.reopened(Limits(seconds=10.0)).all()
+    assert store.reopened(Limits(seconds=20.0)).tolist() == [False, True, True]
+    assert store.reopened(DEFAULT_LIMITS).tolist() == [False, True, False]
     # A worker that is killed leaves no rows of two runs.
     assert store.done().tolist() == [False, True, False]
 

@@ -97,12 +97,14 @@ def _alone(ensemble: Ensemble, values: Array, rows: Rows, place: int, limits: Li
         scene = ensemble.family.scene(values)
         found = single(scene, ensemble.kept, ensemble.accuracy, ensemble.refine, limits)
     except TwolinkError as error:
-        rows.arrays["limited"][place] = isinstance(error, TooMuchError)
+        if isinstance(error, TooMuchError):
+            rows.arrays["limit"][place] = limits.seconds
         if not known:
             rows.reasons[place] = str(error)
         return
     failure, notes, limited = found.outcome
-    rows.arrays["limited"][place] = limited
+    if limited:
+        rows.arrays["limit"][place] = limits.seconds
     if known and (failure or (found.undecided and found.error > rows.arrays["error"][place])):
         # The result in double precision is better: keep it.
         return

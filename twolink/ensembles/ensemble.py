@@ -87,11 +87,8 @@ PRECISIONS_OF_RUNS = ("none", "double", "long double", "quadruple")
 _OF_EVERY_RUN = (
     Variable("error", "largest global error of q (rad) and u (rad/s), measured", "rad"),
     Variable("precision", "precision of the run", flags=PRECISIONS_OF_RUNS, dtype="u1"),
-    Variable(
-        "limited", "whether a limit of work ended the run or kept it from the accuracy",
-        flags=("no", "yes"), dtype="u1",
-    ),
-)  # fmt: skip
+    Variable("limit", "limit of work that ended the run or kept it from the accuracy", "s"),
+)
 
 TEXTS = {
     "reason": "why a run failed, empty if it did not",

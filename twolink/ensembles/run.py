@@ -45,7 +45,7 @@ def sweep(
     """Make the runs of an ensemble, and return their results, which are in the folder `out`.
 
     `ensemble` may be a sweep file, or its tables. Where `out` has the results of the same sweep,
-    only the runs that are missing are made, and those that a limit of work has ended. `executor` is
+    only the runs that are missing are made, and those that a smaller limit has ended. `executor` is
     any of `concurrent.futures`, such as that of a Dask client, whose workers see the folder `out`
     under the same name; without one, so many processes are used as `workers` says, or as there are
     cores. `chunk` is the number of runs of a unit of work. `progress` receives the number of runs
@@ -62,7 +62,7 @@ def sweep(
     size = _chunk(asked) if chunk is None else as_count("chunk", chunk, 1)
     store = opened(path, asked) if _exists(path) else created(path, asked, size)
     with in_use(path):
-        done = store.reopened()
+        done = store.reopened(limits)
         made = int(np.diff([store.runs(number) for number in np.flatnonzero(done).tolist()]).sum())
 
         def note(written: Written) -> None:

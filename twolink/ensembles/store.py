@@ -23,6 +23,7 @@ from twolink.ensembles.quantity import Variable
 from twolink.environment import package_versions, this_machine
 from twolink.errors import FileError, ParameterError, SimulationError
 from twolink.files import locked, scratch_folder
+from twolink.limits import Limits
 from twolink.optional import zarr
 from twolink.text import one_line
 
@@ -58,16 +59,16 @@ class Store:
         with _in_one_sentence(self.path):
             return zarr().open_group(self.path, mode="r")["done"][:]
 
-    def reopened(self) -> Any:
-        """Return which chunks are written, shape (chunks,), without those of limited runs.
+    def reopened(self, limits: Limits) -> Any:
+        """Return which chunks are written, shape (chunks,), without those to be made again.
 
-        These are made again, as limits may be larger now.
+        Those are the ones with runs that a smaller limit of work ended, or kept from the accuracy.
         """
         with _in_one_sentence(self.path):
             group = zarr().open_group(self.path, mode="r+")
             done = group["done"][:]
             limited = np.zeros(self.chunks * self.chunk, bool)
-            limited[: self.count] = group["limited"][:]
+            limited[: self.count] = group["limit"][:] < limits.seconds
             again = done & limited.reshape(self.chunks, self.chunk).any(axis=1)
             for number in np.flatnonzero(again):
                 group["done"][number] = False
