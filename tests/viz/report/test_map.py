@@ -11,6 +11,7 @@ import zlib
 
 import numpy as np
 import pytest
+import zarr
 
 from tests.ensembles.cases import axis, ensemble
 from tests.viz.accessibility import violations
@@ -85,6 +86,23 @@ def test_runs_have_their_own_lengths_and_results(found, page):
 
 
 @pytest.mark.slow
+def test_runs_have_their_notes(tmp_path):
+    """The pixel in which two points strike at once has the other motion in its words."""
+    found = swept(
+        tmp_path,
+        scene="elbow_and_tip",
+        axes=[axis("start.q.0", 0.5, 0.51), axis("start.u.0", 2.0, 2.1)],
+        keep={"samples": 3, "first": [{"name": "turns", "of": "q1", "level": 1.0}]},
+    )
+    one, *others = numbers_of(map_page(found))[0]["words"]
+    assert re.fullmatch(r"turns at .* s\. At 0\.535.* by 3\.58 rad/s\.", one)
+    assert not any("determine the order" in words for words in others)
+    group = zarr.open_group(found.path, mode="r+")
+    del group["notes"]
+    older = numbers_of(map_page(found))[0]["words"]
+    assert older == [one.partition(". ")[0], *others]
+
+
 def test_one_pair_of_lengths_serves_equal_chains(tmp_path):
     speeds = axis("start.u.0", 0.0, 1.0, name="u1")
     made = swept(tmp_path, axes=[axis("start.q.0", grid=GRID, name="q1"), speeds])

@@ -136,7 +136,7 @@ def _chain(family: Family, values: list[float]) -> Chain | None:
 
 
 def _words(times: TimeMap, duration: float) -> list[str]:
-    """Return the result of each run in words."""
+    """Return the result of each run in words, and its notes."""
     bounds = times.grid[f"{times.condition}_bound"].transpose(times.y, times.x).values
     reasons = times.grid["reason"].transpose(times.y, times.x).values
     every = zip(
@@ -144,7 +144,17 @@ def _words(times: TimeMap, duration: float) -> list[str]:
         reasons.ravel().tolist(), strict=True,
     )  # fmt: skip
     until = f"until {duration:g} s"
-    return [_result(times.condition, until, *one) for one in every]
+    results = [_result(times.condition, until, *one) for one in every]
+    if "notes" not in times.grid:
+        # Results of an older version.
+        return results
+    notes = times.grid["notes"].transpose(times.y, times.x).values.ravel().tolist()
+    return [_noted(result, note) for result, note in zip(results, notes, strict=True)]
+
+
+def _noted(result: str, notes: str) -> str:
+    """Return the result of a run with its notes, one a line."""
+    return ". ".join([result, *map(printable, notes.splitlines())])
 
 
 def _result(
