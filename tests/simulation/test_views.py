@@ -85,3 +85,10 @@ def test_a_missing_package_is_named_with_its_extra(drop, monkeypatch, package):
         SimulationError, match=rf'{package} is not installed; .*"twolink\[frames\]"'
     ):
         getattr(drop, f"to_{package}")()
+
+
+def test_notes_are_in_the_text_and_in_a_notebook():
+    run = simulate(Scene.load("elbow_and_tip"), samples=3)
+    (note,) = run.notes
+    assert f"\n  {note}>" in repr(run)
+    assert note in run._repr_html_()

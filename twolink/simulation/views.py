@@ -118,10 +118,11 @@ class Views(_Motion):
         return table(self.scene.title, ("", ""), self.facts.items())
 
     def __repr__(self) -> str:
-        """Return the facts as lines of text."""
+        """Return the facts and the notes as lines of text."""
         facts = self.facts
         widest = max(map(len, facts))
         lines = [f"  {name:<{widest}}  {text}" for name, text in facts.items()]
+        lines += [f"  {note}" for note in self.notes]
         count = f"{len(self.t)} samples, {len(self.events)} events, {len(self.impacts)} impacts"
         return "\n".join([f"<Trajectory of '{self.scene.title}': {count}", *lines]) + ">"
 
