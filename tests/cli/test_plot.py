@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
@@ -93,8 +94,6 @@ def test_the_same_command_writes_the_same_bytes(tmp_path):
 
 
 def test_a_motion_not_known_to_its_end_exits_with_1(tmp_path, monkeypatch):
-    from dataclasses import replace
-
     from twolink import simulation
 
     real = simulation.simulate_with
@@ -107,6 +106,16 @@ def test_a_motion_not_known_to_its_end_exits_with_1(tmp_path, monkeypatch):
     result = plot(FREE_FALL, "--kind", "angles", "--out", tmp_path / "a.svg", *FEW)
     assert result.exit_code == 1
     assert (tmp_path / "a.svg").exists()
+    assert "Known until 0.5 s." in result.stderr
+
+
+def test_a_motion_beside_another_has_its_notes(tmp_path):
+    saved = tmp_path / "fall.npz"
+    fall = simulate(Scene.load("free_fall"), samples=21)
+    replace(fall, holds_until=0.5, error=1.0, notes=("Known until 0.5 s.",)).save(saved)
+    words = "--with", saved, "--kind", "path", "--out", tmp_path / "a.svg"
+    result = plot(FREE_FALL, *words, *FEW)
+    assert result.exit_code == 1
     assert "Known until 0.5 s." in result.stderr
 
 

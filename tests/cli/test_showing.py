@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from tests.viz.films import trajectory_of
 from twolink.cli import app
-from twolink.cli.showing import check_frames, print_notes
+from twolink.cli.showing import check_frames
 from twolink.data import data_path
 from twolink.errors import TooMuchError
 from twolink.limits import DEFAULT_LIMITS
@@ -39,10 +39,3 @@ def test_the_estimate_of_memory_is_no_less_than_what_a_film_takes(fps, speed):
     allowed = replace(DEFAULT_LIMITS, memory=taken)
     with pytest.raises(TooMuchError, match="of memory"):
         check_frames(10.0, fps, speed, 0, allowed)
-
-
-def test_the_notes_on_all_runs_are_printed_once(capsys):
-    first = replace(trajectory_of("general", 0.1, 3), notes=("one", "two"))
-    other = replace(first, notes=("two", "three"))
-    print_notes(Film((Run("a", first), Run("b", other))))
-    assert capsys.readouterr().err == "one\ntwo\nthree\n"

@@ -12,8 +12,8 @@ from twolink.cli.limits import Force, limits_of
 from twolink.cli.options import check_unused
 from twolink.cli.progress import ProgressBar, progress_bar
 from twolink.cli.showing import ThemeName
-from twolink.cli.terminal import FAILED, check_target, refuse, say, warn
-from twolink.cli.trajectories import trajectory_of
+from twolink.cli.terminal import FAILED, check_target, refuse, say
+from twolink.cli.trajectories import print_notes, trajectory_of
 from twolink.suffixes import PLOTS, TRAJECTORIES
 from twolink.text import choice, distinct_names, either
 
@@ -73,7 +73,7 @@ def plot(
 ) -> None:
     """Plot a motion, its energy and contacts, or a verification.
 
-    Exit code 0: the plots are written. 1: they are, and the motion is accurate only up to the time
+    Exit code 0: the plots are written. 1: they are, and a motion is accurate only up to the time
     that is printed. 2: the input was refused.
     """
     asked = _Asked(
@@ -82,14 +82,13 @@ def plot(
     )  # fmt: skip
     _check(asked)
     _check_unused(context, asked)
-    trajectory, drawn, written = _plotted(asked)
+    motions, drawn, written = _plotted(asked)
     for path in written:
         say(path)
     if kind == "all" and "contact" not in drawn:
         say("No plot of contact: the scene has no friction and no obstacle.")
-    for note in () if trajectory is None else trajectory.notes:
-        warn(note)
-    if trajectory is not None and not trajectory.met:
+    print_notes(motions)
+    if not all(motion.met for motion in motions):
         raise typer.Exit(FAILED)
 
 
@@ -124,8 +123,8 @@ class _Asked:
         return self.out.with_stem(f"{self.out.stem}-{drawn}") if self.kind == "all" else self.out
 
 
-def _plotted(asked: _Asked) -> tuple[Trajectory | None, dict[str, Figure], list[Path]]:
-    """Return the motion, if one is drawn, its figures by kind, and the files written."""
+def _plotted(asked: _Asked) -> tuple[list[Trajectory], dict[str, Figure], list[Path]]:
+    """Return the motions that are drawn, the figures by kind, and the files written."""
     from twolink.simulation import RunOptions
 
     options = RunOptions(samples=asked.samples, limits=limits_of(asked.force))
@@ -137,7 +136,8 @@ def _plotted(asked: _Asked) -> tuple[Trajectory | None, dict[str, Figure], list[
         motions = (trajectory_of(other, options, bar) for other in asked.beside)
         others = dict(zip(names, motions, strict=True))
         drawn = _drawn(asked, trajectory, others, bar)
-        return trajectory, drawn, _write(drawn, asked)
+        first = [] if trajectory is None else [trajectory]
+        return [*first, *others.values()], drawn, _write(drawn, asked)
 
 
 def _check(asked: _Asked) -> None:

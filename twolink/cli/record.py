@@ -21,9 +21,9 @@ from twolink.cli.showing import (
     Speed,
     Surroundings,
     film_of,
-    print_notes,
 )
 from twolink.cli.terminal import check_target, refuse, say
+from twolink.cli.trajectories import print_notes
 from twolink.suffixes import RECORDINGS
 from twolink.text import either, quoted
 
@@ -73,7 +73,7 @@ def record(
         recorded(film, out, size=pixels, at=at, follows=theme is None, progress=progress)
     frames = "" if out.suffix == ".png" else f"{len(film.times)} frames, "
     say(f"{out}: {frames}{out.stat().st_size / 1e6:.2g} MB")
-    print_notes(film)
+    print_notes(run.trajectory for run in film.runs)
 
 
 @contextmanager

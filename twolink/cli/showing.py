@@ -12,7 +12,7 @@ import typer
 
 from twolink.cli.limits import limits_of
 from twolink.cli.progress import ProgressBar, progress_bar
-from twolink.cli.terminal import refuse, warn
+from twolink.cli.terminal import refuse
 from twolink.cli.trajectories import simulated, trajectory_of
 from twolink.names import EQUATIONS_NAMES
 from twolink.suffixes import TRAJECTORIES
@@ -116,12 +116,6 @@ def film_of(
     file = urdf or _urdf_of(motion)
     bodies = urdf_bodies(file, first.chain, own=urdf is None) if file else ()
     return Film(tuple(runs), fps=fps, speed=speed, theme=colours, bodies=bodies)
-
-
-def print_notes(film: Film) -> None:
-    """Print the notes on all runs, which pictures do not show, each once."""
-    for note in dict.fromkeys(note for run in film.runs for note in run.trajectory.notes):
-        warn(note)
 
 
 def check_frames(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from twolink.cli.terminal import warn
 from twolink.suffixes import TRAJECTORIES
 
 if TYPE_CHECKING:
@@ -28,6 +30,12 @@ def simulated(
     found = simulate_with(scene, replace(options, progress=update))
     bar.update(task, completed=1.0)
     return found
+
+
+def print_notes(motions: Iterable[Trajectory]) -> None:
+    """Print the notes on all motions, which pictures do not show, each once."""
+    for note in dict.fromkeys(note for motion in motions for note in motion.notes):
+        warn(note)
 
 
 def trajectory_of(file: Path, options: RunOptions, bar: ProgressBar) -> Trajectory:

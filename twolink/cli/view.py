@@ -16,9 +16,9 @@ from twolink.cli.showing import (
     Speed,
     Surroundings,
     film_of,
-    print_notes,
 )
 from twolink.cli.terminal import flush, refuse, say, warn
+from twolink.cli.trajectories import print_notes
 
 if TYPE_CHECKING:
     from twolink.viz.film import Film
@@ -59,7 +59,7 @@ def view(
         motion, ghosts=ghost or [], nearby=nearby, urdf=urdf, fps=_FPS, speed=speed,
         theme=theme, force=force,
     )  # fmt: skip
-    print_notes(film)
+    print_notes(run.trajectory for run in film.runs)
     asyncio.run(_served(film, host, port, opened=browser, follows=theme is None))
 
 
