@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -14,7 +15,9 @@ from tests.viz.films import film_of, need_browser, trajectory_of
 from tests.viz.surroundings import press, surround, tabbed
 from twolink import kinematics
 from twolink.viz.browser import Browser
+from twolink.viz.film import Film
 from twolink.viz.page import player_body, player_head, player_page
+from twolink.viz.run import Run
 
 pytestmark = pytest.mark.slow
 
@@ -95,6 +98,25 @@ def test_play_and_pause(page, means):
     assert not playing
     page.browser.wait_for_events(0.3)
     assert state(page)[0] == frame
+
+
+@pytest.mark.parametrize("bare", [False, True])
+def test_a_page_has_the_notes_of_its_motions(browser, tmp_path, bare):
+    """Above all those on choices that the laws leave; a film of pictures has no room for them."""
+    fall = trajectory_of("free_fall", 0.1, 3)
+    one, other = (replace(fall, notes=("one <b>", name)) for name in ("two", "three"))
+    file = tmp_path / "film.html"
+    film = Film((Run("a", one), Run("b", other)))
+    file.write_text(player_page(film, bare=bare), encoding="utf-8")
+    page = browser.page(WIDTH, HEIGHT)
+    page.open(file.as_uri())
+    settled(page)
+    notes = page.value("[...document.querySelectorAll('.remarks p')].map(p => p.textContent)")
+    assert notes == ["one <b>", "two", "three"]
+    shown = page.value("document.querySelector('.remarks').getBoundingClientRect().height")
+    assert (shown > 30) == (not bare)
+    assert violations(page) == []
+    page.call("Page.close")
 
 
 def test_the_player_plays_in_real_time(page):

@@ -164,6 +164,7 @@ class Film:
             "reach": self.reach,
             **({} if self.still is None else {"still": self.still}),
             "names": list(self.names),
+            "notes": self.notes,
             "energy": {"most": most, "loses": bool(loses)},
             "surfaces": surface_names(self.runs[0], self.box),
             "marks": _fine_marks(surface_marks(self.runs[0], self.box, self._hatch)),
@@ -171,6 +172,12 @@ class Film:
             "width": self._width,
             **self.colours,
         }
+
+    @property
+    def notes(self) -> list[str]:
+        """The notes on all runs, each once."""
+        every = (note for run in self.runs for note in run.trajectory.notes)
+        return list(dict.fromkeys(map(printable, every)))
 
     @property
     def colours(self) -> dict[str, Any]:

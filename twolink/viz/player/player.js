@@ -537,6 +537,7 @@
         this.stage.apply(setup);
         return;
       }
+      this.remark(about.notes);
       this.stage = new Stage(this.element.querySelector(".stage"), about);
       this.stage.apply(setup);
       this.stage.fit();
@@ -544,6 +545,21 @@
       if (about.dark) this.follow();
       this.listen();
       this.run();
+    }
+
+    // Sentences that qualify the motion, below the buttons; a page around a player has them itself.
+    remark(notes) {
+      if (!notes.length) return;
+      const remarks = document.createElement("div");
+      Object.assign(remarks, { className: "remarks", tabIndex: 0 });
+      remarks.setAttribute("role", "region");
+      remarks.setAttribute("aria-label", "notes");
+      for (const note of notes) {
+        const words = document.createElement("p");
+        words.textContent = note;
+        remarks.append(words);
+      }
+      this.element.querySelector(".controls").after(remarks);
     }
 
     // Dark where the reader's surroundings are, or become so.
