@@ -23,7 +23,6 @@ SHOWN = [
     "velocity-terms-missing", "velocity-terms-sign", "coriolis-term", "decoupled", "degrees-in",
     "absolute-angles",
 ]  # fmt: skip
-QUICK = ["damping-dropped"]
 
 
 DIAGNOSES = {}
@@ -120,9 +119,9 @@ def result(engine, name="motion/dampers"):
     return found.results[-1]
 
 
-@pytest.mark.parametrize(
-    "name", [*QUICK, *(pytest.param(n, marks=pytest.mark.slow) for n in SHOWN if n not in QUICK)]
-)
+# The first of them finds the answers that each mistake gives, in ten seconds.
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SHOWN)
 def test_a_motion_shows_the_mistake_of_its_engine(name):
     found = result(moving(WRONG[name]))
     assert found.mark is Mark.SILENT
@@ -132,20 +131,31 @@ def test_a_motion_shows_the_mistake_of_its_engine(name):
 @pytest.mark.parametrize(
     ("engine", "cause"),
     [
-        (Late, "late-output"), (Absolute, "absolute-answers"), (Degrees, "degrees-out"),
-        (Exchanged, "joints-exchanged"), (Negated, "negated"), (ReadAbsolute, "absolute-angles"),
+        (Late, "late-output"),
+        *(
+            pytest.param(*one, marks=pytest.mark.slow)
+            for one in (
+                (Absolute, "absolute-answers"),
+                (Degrees, "degrees-out"),
+                (Exchanged, "joints-exchanged"),
+                (Negated, "negated"),
+                (ReadAbsolute, "absolute-angles"),
+            )
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_mistake_in_the_output_is_named(engine, cause):
     found = result(engine)
     assert found.mark is Mark.SILENT
     assert found.cause == cause
 
 
+@pytest.mark.slow
 def test_numbers_of_binary32_are_named():
     assert result(Single, "motion/general").cause == "binary32"
 
 
+@pytest.mark.slow
 def test_springs_that_do_not_act_are_named():
     assert result(Unsprung, "motion/springs").cause == "springs-dropped"
 

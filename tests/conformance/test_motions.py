@@ -158,7 +158,7 @@ def test_the_library_agrees_with_references_of_springs_friction_and_impacts(name
         pytest.param(OtherRestitution, "impact/rough-floor", marks=pytest.mark.slow),
         pytest.param(OtherRestitution, "friction/stops", marks=pytest.mark.slow),
         pytest.param(NoStaticFriction, "friction/stick-slip", marks=pytest.mark.slow),
-        (Unsprung, "motion/springs"),
+        pytest.param(Unsprung, "motion/springs", marks=pytest.mark.slow),
     ],
 )
 def test_another_law_of_contact_is_another_model(engine, name):
